@@ -160,7 +160,8 @@ def points(given, name):
 
 def number(given, name):
     """One number, as a float; what is out of its range is told where it is used."""
-    if isinstance(given, (str, bytes, bytearray)) or not hasattr(given, "__float__"):
+    flag = isinstance(given, bool) or getattr(getattr(given, "dtype", None), "kind", "") == "b"
+    if flag or isinstance(given, (str, bytes, bytearray)) or not hasattr(given, "__float__"):
         raise TypeError(f"{name} must be a number, not {type(given).__name__}")
     try:
         return float(given)

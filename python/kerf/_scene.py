@@ -4,7 +4,7 @@ import math
 import os
 from pathlib import Path
 
-from . import _core
+from . import _arguments, _core
 from ._error import Error
 
 SHIPPED = Path(__file__).parent / "share" / "kerf" / "scenes"
@@ -117,17 +117,17 @@ def toml_of(scene):
         elif isinstance(value, (list, tuple)) and value and all(isinstance(item, dict) for item in value):
             tables.extend((f"[[{_key(key)}]]", item) for item in value)
         else:
-            plain.append(f"{_key(key)} = {_value(value)}")
+            plain.append(f"{_key(key)} = {_value(value, key)}")
     for head, table in tables:
         plain.append(head)
-        plain.extend(f"{_key(key)} = {_value(value)}" for key, value in table.items() if value is not None)
+        plain.extend(f"{_key(key)} = {_value(value, key)}" for key, value in table.items() if value is not None)
     return "\n".join(plain) + "\n"
 
 
 def command_of(command):
     """(text, name for messages) of a command: a dict or a text in TOML with the keys of a [[command]] of a scene, without `at`."""
     if isinstance(command, dict):
-        return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in command.items() if value is not None), "command"
+        return "".join(f"{_key(key)} = {_value(value, key)}\n" for key, value in command.items() if value is not None), "command"
     if isinstance(command, str):
         return command, "command"
     raise TypeError(f"a command is a dict or a text in TOML, not {type(command).__name__}")
@@ -154,9 +154,10 @@ def _number(value):
     return repr(float(value))
 
 
-def _value(value, depth=0):
+def _value(value, name, depth=0):
+    """A value of the key `name`, for messages."""
     if depth > 32:
-        raise ValueError("a scene is not that deep; is something in itself?")
+        raise ValueError(f"{name} is too deep for a scene; is something in itself?")
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -168,14 +169,16 @@ def _value(value, depth=0):
     if isinstance(value, float):
         return _number(value)
     if isinstance(value, dict):
-        items = (f"{_key(k)} = {_value(v, depth + 1)}" for k, v in value.items() if v is not None)
+        items = (f"{_key(k)} = {_value(v, k, depth + 1)}" for k, v in value.items() if v is not None)
         return "{ " + ", ".join(items) + " }"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_value(item, depth + 1) for item in value) + "]"
+        return "[" + ", ".join(_value(item, name, depth + 1) for item in value) + "]"
     if hasattr(value, "tolist") and hasattr(value, "dtype"):  # NumPy's arrays and numbers
-        plain = value.tolist()
+        _arguments.unmasked(value, name)
+        # Numbers longer than Python's stay NumPy's in a list.
+        plain = value.tolist() if value.ndim or value.dtype.kind != "f" else float(value)
         if plain is not value:
-            return _value(plain, depth + 1)
+            return _value(plain, name, depth + 1)
     if isinstance(value, _core.Body):
         raise TypeError('a kerf.Body stands in a scene as {"body": {"bound": body}}, nowhere else')
-    raise TypeError(f"a scene holds numbers, words, lists and dicts, not {type(value).__name__}")
+    raise TypeError(f"{name} must be made of numbers, words, lists and dicts, as everything in a scene, not of {type(value).__name__}")

@@ -384,3 +384,29 @@ def test_a_name_that_is_none_is_not_set():
     session = kerf.Session("sheet")
     with pytest.raises(AttributeError, match="gravty"):
         session.gravty = (0, 0, 0)
+
+
+@pytest.mark.parametrize(("call", "kind", "words"), [
+    (lambda s: s.punch(np.ma.masked_array(np.zeros(3), mask=True), 0.01), TypeError, "point must not be a masked array"),
+    (lambda s: s.punch([0, None, 0], 0.01), TypeError, "point must be made of numbers.*NoneType"),
+    (lambda s: s.grasp("g", np.array([0, None, 0]), radius=0.1), TypeError, "point must be made of numbers.*NoneType"),
+    (lambda s: s.grasp("g", b"here"), TypeError, "point must be made of numbers.*bytes"),
+    (lambda s: s.set_material(young=True), TypeError, "young must be a number, not bool"),
+    (lambda s: s.set_material(young=np.bool_(True)), TypeError, "young must be a number, not bool")])
+def test_values_of_commands_are_refused_by_name(sheet, call, kind, words):
+    with pytest.raises(kind, match=words):
+        call(sheet)
+
+
+def test_long_numbers_are_numbers(sheet):
+    sheet.grasp("long", [0, 0, 0], radius=np.longdouble(0.1))
+    sheet.grasp("plain", [0, 0, 0], radius=0.1)
+    long, plain = sheet.grasps["vertices"]
+    assert long == plain
+
+
+def test_a_scene_in_itself_is_refused():
+    body = {}
+    body["model"] = body
+    with pytest.raises(ValueError, match="too deep for a scene"):
+        kerf.Session({"body": body})

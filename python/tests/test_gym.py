@@ -212,7 +212,9 @@ def test_stable_baselines_sees_the_same():
 
     theirs, ours = BaselinesVecEnv(TASKS[0], 3, max_episode_steps=4), kerf.gym.make_vec(TASKS[0], 3, max_episode_steps=4)
     theirs.seed(5)
-    seen, (same, _) = theirs.reset(), ours.reset(seed=5)
+    seen, (same, told) = theirs.reset(), ours.reset(seed=5)
+    begun = [{word: told[word][row] for word in told if not word.startswith("_")} for row in range(3)]
+    assert begun[0] and theirs.reset_infos == begun
     random = np.random.default_rng(2)
     for turn in range(4):
         assert (seen == same).all()
@@ -223,6 +225,8 @@ def test_stable_baselines_sees_the_same():
         assert (dones == (terminated | truncated)).all() and dones.all() == (turn == 3)
     for row, info in enumerate(infos):
         assert (info["terminal_observation"] == same[row]).all() and info["TimeLimit.truncated"] and info["episode"]["l"] == 4
+        assert 0 < info["episode"]["t"] < 600
+    assert all(info.keys() == begun[0].keys() and info != was for info, was in zip(theirs.reset_infos, begun, strict=True))
     begun, *_ = ours.step(np.zeros_like(actions))  # ours begins anew with the next step
     assert (seen == begun).all()
     theirs.close()

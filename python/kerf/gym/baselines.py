@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -28,13 +30,21 @@ class BaselinesVecEnv(VecEnv):
         super().__init__(num_envs, self.tasks.single_observation_space, self.tasks.single_action_space)
         self._actions = np.zeros(self.tasks.action_space.shape, np.float32)
         self._returns, self._lengths = np.zeros(num_envs), np.zeros(num_envs, np.int64)
+        self._began = np.full(num_envs, time.monotonic())  # s, of each episode
 
     def reset(self) -> Any:
         """Begins all episodes anew: observations."""
         observation, _ = self.tasks.reset(seed=[None if seed is None else int(seed) for seed in self._seeds])
         self._reset_seeds()
-        self._returns[:], self._lengths[:] = 0, 0
+        self._returns[:], self._lengths[:], self._began[:] = 0, 0, time.monotonic()
+        self._note_begun(range(self.num_envs))
         return observation
+
+    def _note_begun(self, rows: Iterable[int]) -> None:
+        """What is told of episodes that begin."""
+        told = self.tasks._said()
+        for row in rows:
+            self.reset_infos[row] = {word: values.tolist()[row] for word, values in told.items()}
 
     def step_async(self, actions: Any) -> None:
         """Takes the actions of the step that step_wait() does."""
@@ -50,15 +60,17 @@ class BaselinesVecEnv(VecEnv):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         ended = np.flatnonzero(dones)
         if ended.size:
-            last = self.tasks._observed()
+            last, now = self.tasks._observed(), time.monotonic()
             for row in ended:
                 infos[row] = {word: values.tolist()[row] for word, values in told.items()}
                 infos[row].update({"terminal_observation": last[row], "TimeLimit.truncated": bool(truncated[row]),
-                                   "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]), "t": 0.0}})
+                                   "episode": {"r": float(self._returns[row]), "l": int(self._lengths[row]),
+                                               "t": float(now - self._began[row])}})
                 if row in failures:
                     infos[row]["error"] = failures[row]
             self.tasks.reset_rows(ended)
-            self._returns[ended], self._lengths[ended] = 0, 0
+            self._note_begun(ended)
+            self._returns[ended], self._lengths[ended], self._began[ended] = 0, 0, now
         if self.render_mode == "human":
             self.tasks._show()
         return self.tasks._observed(), rewards.astype(np.float32), dones, infos

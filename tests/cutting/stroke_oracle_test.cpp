@@ -400,6 +400,22 @@ TEST_F(StrokeOracle, LoopsThatCloseBesideTheRim) {
     }
 }
 
+// A triangle begins and ends at a corner just beyond an earlier cut: the lip runs beside both of its sides, and the corner comes off. One in seven stayed open.
+TEST_F(StrokeOracle, LoopsThatCloseBeyondACut) {
+  const double edge = sheet.body.mean_root_edge;
+  Trials trials(sheet);
+  Random random(3);
+  for (int i = 0; i < 60; ++i) {
+    const double x = random.uniform(-0.3, 0.3), y = random.uniform(-0.2, 0.2), tip = random.uniform(0.11, 0.2) * edge,
+                 deep = random.uniform(0.15, 0.25), left = random.uniform(-0.2, -0.1),
+                 right = random.uniform(0.02, 0.1);
+    const Vec2 corner{x, y + tip};
+    for (const int poses : {1, 10})
+      trials.expect_pieces({{{-0.7, y}, {0.7, y}}, {corner, {x + left, y - deep}, {x + right, y - deep}, corner}}, 4,
+                           poses);
+  }
+}
+
 // Each of these left a bridge: a line past a corner half a minimum feature away; a path past its own corner; a loop that begins near a vertex of the mesh; a
 // path that ends at the tip of a slit and goes on; a line that passes a corner between two edges; a loop that begins a minimum feature and a half from a vertex; a turn on the rim, out of a corner; a
 // loop whose piece at a corner is too short to have a direction.

@@ -472,6 +472,7 @@ class Sweep {
     } else {
       rounding_.join_begin(arc);
       begin = stop_of(arc.begin);
+      if (arc.begin.kind == Kind::kWas) stroke_.began.push_back(came);
     }
     arc.reverse();
     if (const BladeFront* front = is_front(arc.begin) ? take(arc, arc.begin) : nullptr) {
@@ -626,7 +627,7 @@ class Sweep {
     arc.end.kind = Kind::kIs;
     arc.end.point = {f.end.face, weights_of(mesh(), f.end)};
     if (!finder_.begin_at(arc, f)) return stay;
-    rounding_.join_end(arc, &f.start, f.beside, f.in_slit);
+    rounding_.join_end(arc, &f.start, closes(f) ? BesideBorder::none() : f.beside, f.in_slit);
     const bool joined = arc.end.kind == Kind::kBorder;
     if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature()))
       return stay;
@@ -638,6 +639,13 @@ class Sweep {
         rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
     go_round_edge(stops, arc.faces.front(), f.trail);
     return open(stops, drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
+  }
+
+  /// Has the stroke come back to where it began? Then that is where it ends, whatever runs beside it.
+  bool closes(const BladeFront& f) const {
+    const Vec3 is = rounding_.rest(f.end);
+    return std::any_of(stroke_.began.begin(), stroke_.began.end(),
+                       [&](Vec3 p) { return norm(is - p) < rounding_.feature(); });
   }
 
   /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells if
@@ -727,6 +735,7 @@ void lift_blade(BladeStroke& stroke) {
   stroke.fronts.clear();
   stroke.ends.clear();
   stroke.cut_along.clear();
+  stroke.began.clear();
   stroke.provisional = false;
 }
 

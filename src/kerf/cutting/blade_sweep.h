@@ -38,6 +38,7 @@ struct BladeStroke {
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
   std::vector<std::array<CollisionVertex, 2>>
       cut_along;             ///< chords opened in sheets that lie along the blade, but for provisional ones
+  std::vector<Vec3> began;   ///< places inside the body, at rest, where paths of the stroke began
   bool provisional = false;  ///< there is work after `mark`, to be taken back before the next pose
   JournalMark mark;          ///< of the caller's journal
 };

@@ -225,7 +225,8 @@ class Sweep {
     return still ? 0 : std::min(2 * most, rounding_.carried());
   }
 
-  /// What moving material went through the edge without being seen there lies behind its last place: it has come towards the blade, or bends along it. So an
+  /// What went through the edge without being cut there lies behind its last place: it has come towards the blade, bends along it, or was passed while another
+  /// layer was cut. So an
   /// arc that ends where the edge was, with no front there, goes on from there backwards; and where fronts lie along the blade, all arcs do.
   void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
     const bool led =

@@ -1,5 +1,6 @@
 """What is given as points and paths: arrays of the right shape, or an error that says what is wrong."""
 
+import numbers
 import operator
 
 FARTHEST = 1e6  # m: coordinates of whatever is placed or moved, as kFarthestPlace of scenes
@@ -27,12 +28,26 @@ def _array(given, name, what):
     return array
 
 
+def _is_number(item):
+    return isinstance(item, numbers.Real) and not isinstance(item, bool)
+
+
+def kind_of(array, given):
+    """What an array is that can't be used, for messages: its type, or the first thing in it that is no number."""
+    if array.dtype != object:
+        return f"of type {array.dtype}"
+    if not array.ndim:
+        return f"of type {type(given).__name__}"
+    strange = next((type(item).__name__ for item in array.flat if not _is_number(item)), None)
+    return f"with {strange} in it" if strange else "of objects; its astype(float) is of numbers"
+
+
 def _numbers(given, name, what):
     import numpy as np
 
     array = _array(given, name, what)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be {what}, not of type {array.dtype if array.dtype != object else type(given).__name__}")
+        raise TypeError(f"{name} must be {what}, not {kind_of(array, given)}")
     array = np.array(array, dtype=np.float64, order="C")  # a copy: the caller's may change while other threads run
     if not np.isfinite(array).all():
         raise ValueError(f"{name} must be finite")
@@ -98,12 +113,19 @@ def flags(given, name, n):
     return array
 
 
+def index(given, name, what):
+    """A whole number: of Python, of NumPy, or what says that it is one, but no truth value."""
+    try:
+        if isinstance(given, bool):
+            raise TypeError
+        return operator.index(given)
+    except TypeError:
+        raise TypeError(f"{name} must be {what}, not {type(given).__name__}") from None
+
+
 def whole(given, name, least=0, most=None):
     """A whole number from `least` to `most`."""
-    try:
-        number = operator.index(given)
-    except TypeError:
-        raise TypeError(f"{name} must be a whole number, not {type(given).__name__}") from None
+    number = index(given, name, "a whole number")
     if number < least:
         raise ValueError(f"{name} must be {least} or more")
     if most is not None and number > most:
@@ -177,10 +199,7 @@ MOST_PIXELS = 8192  # a side, as pictures of scenes
 
 def pixels(given, name):
     """Pixels along a side of a picture."""
-    try:
-        count = operator.index(given)
-    except TypeError:
-        raise TypeError(f"{name} must be a whole number of pixels, not {type(given).__name__}") from None
+    count = index(given, name, "a whole number of pixels")
     if not 1 <= count <= MOST_PIXELS:
         raise ValueError(f"{name} must be 1 to {MOST_PIXELS} pixels")
     return count
@@ -223,7 +242,7 @@ def corners(given, name, count):
     if array.size == 0:
         raise ValueError(f"{name} is empty: there is no surface")
     if array.dtype.kind not in "iu":
-        raise TypeError(f"{name} must be whole numbers, not of type {array.dtype if array.dtype != object else type(given).__name__}")
+        raise TypeError(f"{name} must be whole numbers, not {kind_of(array, given)}")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{name} must be {what}, not of shape {array.shape}")
     wrong = np.argwhere((array < 0) | (array >= min(count, 2**31 - 1)))

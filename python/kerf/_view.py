@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import atexit
-import operator
 import os
 import sys
 import weakref
 
+from . import _arguments
 from ._error import Error
 from ._session import Session
 
 # Pages of notebooks on this machine may show the page inside.
 _NOTEBOOKS = "http://localhost:* http://127.0.0.1:* vscode-webview:"
 
-_viewed: weakref.WeakSet[Session] = weakref.WeakSet()
+# Sessions that are viewed, each with its Viewer as long as somebody has it.
+_viewed: weakref.WeakKeyDictionary[Session, weakref.ref[Viewer]] = weakref.WeakKeyDictionary()
 
 
 class Viewer:
@@ -85,20 +86,20 @@ def view(session: Session, *, open: bool | None = None, port: int = 0) -> Viewer
     """
     if not isinstance(session, Session):
         raise TypeError(f"session must be a kerf.Session, not {type(session).__name__}")
-    try:
-        port = operator.index(port)
-    except TypeError:
-        raise TypeError(f"port must be a whole number, not {type(port).__name__}") from None
+    port = _arguments.index(port, "port", "a whole number")
     if not 0 <= port <= 65535:
         raise ValueError(f"port must be from 0 to 65535, not {port}")
     if not session._view_address():
         import secrets
 
         session._open_view(port, secrets.token_hex(16), secrets.randbits(63) + 1, _NOTEBOOKS)
-        _viewed.add(session)
     elif port not in (0, session._view_port()):
         raise Error(f"this session is viewed on port {session._view_port()}; close that viewer before it is viewed on port {port}")
-    viewer = Viewer(session)
+    known = _viewed.get(session)
+    viewer = known() if known else None
+    if viewer is None or viewer.closed:
+        viewer = Viewer(session)
+        _viewed[session] = weakref.ref(viewer)
     if open is None:
         open = _has_display() and not _in_notebook()
     if open:

@@ -19,7 +19,7 @@ bool take_numbers(nb::handle object, Vec3& out) {
   for (int i = 0; i < 3; ++i) {
     const nb::object item = nb::steal(PySequence_GetItem(object.ptr(), i));
     if (!item.is_valid()) throw nb::python_error();
-    if (!PyFloat_Check(item.ptr()) && !PyLong_Check(item.ptr())) return false;
+    if (!PyFloat_Check(item.ptr()) && (!PyLong_Check(item.ptr()) || PyBool_Check(item.ptr()))) return false;
     out[i] = PyFloat_AsDouble(item.ptr());
     if (PyErr_Occurred()) {
       PyErr_Clear();  // an integer beyond all floats

@@ -70,7 +70,7 @@ It never changes, and any number of sessions in any threads may have it. Lengths
           [](const MemoryBody& self, nb::handle path) {
             self.save(nb::cast<std::string>(nb::module_::import_("kerf._body").attr("path_text")(path)));
           },
-          "path"_a, nb::sig("def save(self, path: str | os.PathLike[str]) -> None"),
+          "path"_a.none(), nb::sig("def save(self, path: str | os.PathLike[str]) -> None"),
           R"(Writes it to a file as `kerf bind` does, usually .kerf: the file appears complete and lasts, or not at all.
 
 An existing file is replaced, but none that the body was made from. kerf.Error: that, or it can't be written.)")

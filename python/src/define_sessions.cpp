@@ -68,7 +68,7 @@ Ctrl-C ends it after a whole step. ValueError: n is negative. kerf.Error: a step
       .def(
           "restore",
           [](LiveSession& self, nb::handle snapshot) {
-            if (!nb::isinstance<Snapshot>(snapshot))
+            if (!nb::isinstance<Snapshot>(snapshot) || !nb::inst_ready(snapshot))
               nb::module_::import_("kerf._arguments").attr("refuse_snapshot")(snapshot);
             self.restore(nb::cast<const Snapshot&>(snapshot));
           },
@@ -211,6 +211,7 @@ through: cut every layer that the edge meets, not only the first. ValueError: an
             return std::tuple(g.x, g.y, g.z);
           },
           [](LiveSession& self, nb::handle gravity) { self.set_gravity(point_of(gravity, "gravity")); },
+          nb::for_setter("gravity"_a.none()),
           nb::for_setter(nb::sig("def gravity(self, gravity: numpy.typing.ArrayLike, /) -> None")),
           "m/s2, from the next step on: (x, y, z).")
       .def_prop_ro(

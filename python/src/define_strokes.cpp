@@ -43,7 +43,7 @@ scripted=False has no blades of the scene.)")
       .def(
           "__exit__", [](Stroke& self, nb::handle type, nb::handle, nb::handle) { self.exit(!type.is_none()); },
           nb::arg("type").none(), nb::arg("value").none(), nb::arg("traceback").none())
-      .def("move", &Stroke::move, "base"_a, "tip"_a,
+      .def("move", &Stroke::move, "base"_a.none(), "tip"_a.none(),
            nb::sig("def move(self, base: numpy.typing.ArrayLike, tip: numpy.typing.ArrayLike) -> None"),
            R"(Moves the blade's edge in a straight line to these ends; cuts at once.
 

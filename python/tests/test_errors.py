@@ -410,3 +410,24 @@ def test_a_scene_in_itself_is_refused():
     body["model"] = body
     with pytest.raises(ValueError, match="too deep for a scene"):
         kerf.Session({"body": body})
+
+
+@pytest.mark.parametrize(("call", "kind", "words"), [
+    (lambda s: move(s, None, (0, 0, 0)), TypeError, "^base must be three numbers, not of type NoneType"),
+    (lambda s: move(s, (0, 0, 0), None), TypeError, "^tip must be three numbers, not of type NoneType"),
+    (lambda s: move(s, (True, False, True), (0, 0, 0)), TypeError, "^base must be three numbers, not of type bool"),
+    (lambda s: move(s, [0, None, 0], (0, 0, 0)), TypeError, "^base must be three numbers, not with NoneType in it"),
+    (lambda s: setattr(s, "gravity", None), TypeError, "^gravity must be three numbers, not of type NoneType"),
+    (lambda s: s.to_world([[0, "1", None]]), TypeError, r"^rest must be an array of shape \(k, 3\): .*, not with str in it"),
+    (lambda s: s.cut(ACROSS.astype(object)), TypeError, r"^poses must be .*, not of objects; its astype\(float\) is of numbers"),
+    (lambda s: s.step(True), TypeError, "^n must be a whole number, not bool"),
+    (lambda s: s.render(True, 5), TypeError, "^width must be a whole number of pixels, not bool"),
+    (lambda s: kerf.view(s, port=True), TypeError, "^port must be a whole number, not bool"),
+    (lambda s: s.restore(kerf.Snapshot.__new__(kerf.Snapshot)), TypeError, r"^snapshot must be what a session's snapshot\(\) gave"),
+    (lambda s: s.release("h\ud800"), kerf.Error, r"^'h\\ud800' is not UTF-8"),
+    (lambda s: kerf.bind([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0, None, 1]])), TypeError, "^triangles must be whole numbers, not with NoneType in it"),
+    (lambda s: kerf.bind("sheet").save(None), TypeError, "^a path is a str or os.PathLike, not NoneType"),
+    (lambda s: kerf.Recording.load(""), kerf.Error, "name the file of a recording")])
+def test_what_is_refused_is_named(sheet, call, kind, words):
+    with pytest.raises(kind, match=words):
+        call(sheet)

@@ -661,6 +661,27 @@ def test_numbers_of_a_task_are_whole(name, wrong, error):
         type("Wrong", (own_task()["Halve"],), {name: wrong})(1)
 
 
+@pytest.mark.parametrize(("name", "value", "error"), [("steps", np.arange(3), TypeError), ("steps", 7, ValueError), ("horizon", 7, ValueError),
+                                                      ("state_size", 7, ValueError)])
+def test_numbers_of_a_task_stand_before_it_is_prepared(name, value, error):
+    def prepare(self):
+        setattr(self, name, value)
+
+    with pytest.raises(error, match=f"{name} of Wrong "):
+        type("Wrong", (Still,), {"prepare": prepare})(1)
+
+
+def test_seeds_may_be_an_array_and_somebody_is_reset():
+    envs = Still(2, threads=1)
+    envs.reset(seed=np.array([3, 4]))
+    assert envs.np_random_seed == (3, 4)
+    with pytest.raises(ValueError, match="true for one copy or more"):
+        envs.reset(options={"reset_mask": np.zeros(2, bool)})
+    with pytest.raises(TypeError, match="num_envs must be a whole number, not bool"):
+        Still(True)
+    envs.close()
+
+
 def test_one_value_stands_for_all_copies():
     Halve = own_task()["Halve"]
     kind = type("Same", (Halve,), {"judge": lambda self, plays: (np.ones(2, np.float32), [False, False]), "tell": lambda self: {"word": "yes", "size": [1.5, 2.5]}})

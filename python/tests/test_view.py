@@ -235,7 +235,7 @@ def test_a_page_changes_no_bit():
 def test_one_view_of_a_session(session):
     viewer = kerf.view(session, open=False)
     again = kerf.view(session, open=False)
-    assert again.url == viewer.url and not viewer.closed
+    assert again is viewer and not viewer.closed
     assert kerf.view(session, open=False, port=viewer.port).url == viewer.url
     with pytest.raises(kerf.Error, match="viewed on port"):
         kerf.view(session, open=False, port=viewer.port % 60000 + 1024)

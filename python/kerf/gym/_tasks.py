@@ -13,19 +13,16 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .. import Batch, Camera, Error, Session
-from .._arguments import flag, number, pixels, points, unmasked, whole
+from .._arguments import flag, kind_of, number, pixels, points, unmasked, whole
 from ._marks import STEEL, paint
 from ._memory import Room
 
 __all__ = ["Tasks"]
 
-SETTINGS = ("action_size", "state_size", "steps", "horizon", "variety", "camera")  # what a task may set
+WHOLE = ("action_size", "state_size", "steps", "horizon")  # what a task says of itself in whole numbers
+SETTINGS = (*WHOLE, "variety", "camera")  # what a task may set
 VARIED = ("young", "poisson", "density")  # what `variety` may name
 LED = ("blade", "cuts", "grasps", "tools")  # what control() may return
-
-
-def _kind_of(array: NDArray[Any], given: Any) -> str:
-    return f"of type {array.dtype if array.dtype != object else type(given).__name__}"
 
 
 def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -33,7 +30,7 @@ def given_actions(given: Any, name: str, shape: tuple[int, ...]) -> NDArray[np.f
     unmasked(given, name)
     array = np.asarray(given)
     if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name} must be numbers, not {_kind_of(array, given)}")
+        raise TypeError(f"{name} must be numbers, not {kind_of(array, given)}")
     if array.shape != shape:
         raise ValueError(f"{name} must be of shape {shape}, not {array.shape}")
     if not np.isfinite(array).all():
@@ -79,7 +76,7 @@ class Tasks(VectorEnv):
 
     A task of one's own derives from this class. It sets `action_size` and `state_size`, and may set `steps` (time steps of an action),
     `horizon` (actions of an episode, at most), `variety` (how far materials differ) and `camera` (what kerf.Camera takes, for pictures; else
-    the whole body is in view).
+    the whole body is in view). The first four stand before prepare().
     It defines scene(), begin(), control(), look() and judge(). They find the copies in `self.sessions`, a list of kerf.Session, and in
     `self.batch`, the kerf.Batch of them. `self.elapsed` (n,) is how many actions episodes have had, `self.horizon_now` how many they have at
     most. kerf.gym.register() makes the task known by a name. What a task remembers has names that this class does not use. `size`, `pixels`,
@@ -115,10 +112,7 @@ class Tasks(VectorEnv):
             raise ValueError(f'observations must be "state" or "pixels", not {observations!r}')
         if render_mode not in (None, "rgb_array", "human"):
             raise ValueError(f'render_mode must be "rgb_array" or "human", not {render_mode!r}')
-        for word in ("action_size", "state_size", "steps", "horizon"):
-            if not hasattr(self, word):
-                raise NotImplementedError(f"{type(self).__name__} has no {word}; help(kerf.gym.Tasks) says what a task defines")
-            whole(getattr(self, word), f"{word} of {type(self).__name__}", 1)
+        numbers = self._whole_numbers()
         if type(self).vary is Tasks.vary:
             self._check_variety()
         self.num_envs, self.render_mode, self.randomise = num_envs, render_mode, flag(randomise, "randomise")
@@ -145,12 +139,23 @@ class Tasks(VectorEnv):
         needed = {name: value for name, value in vars(self).items() if name not in own or own[name] is not value}
         self.prepare()
         self._refuse_names(own, needed)
+        for word, number_now in self._whole_numbers().items():
+            if number_now != numbers[word]:
+                raise ValueError(f"{word} of {type(self).__name__} is {numbers[word]} and can't become {number_now} in prepare(); set it in the class")
         self._start = [session.snapshot() for session in self.sessions]
         try:
             self._camera = Camera(**self.camera) if self.camera else self.sessions[0].camera()
         except (TypeError, ValueError) as error:
             kind = TypeError if isinstance(error, TypeError) else ValueError
             raise kind(f"camera of {type(self).__name__} must be a dict with eye and target, up and field_of_view if wanted: {error}") from error
+
+    def _whole_numbers(self) -> dict[str, int]:
+        """What a task has to say of itself in whole numbers."""
+        name = type(self).__name__
+        for word in WHOLE:
+            if not hasattr(self, word):
+                raise NotImplementedError(f"{name} has no {word}; help(kerf.gym.Tasks) says what a task defines")
+        return {word: whole(getattr(self, word), f"{word} of {name}", 1) for word in WHOLE}
 
     def _make_sessions(self, wanted: int) -> None:
         room = Room(wanted)
@@ -255,14 +260,17 @@ class Tasks(VectorEnv):
               options: dict[str, Any] | None = None) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins all episodes anew, or those of options["reset_mask"]. An int seeds copy i with seed + i."""
         self._must_be_open()
-        first = None if seed is None or isinstance(seed, (list, tuple)) else whole(seed, "seed")
-        seeds = seed if isinstance(seed, (list, tuple)) else [None if first is None else first + i for i in range(self.num_envs)]
+        several = isinstance(seed, (list, tuple)) or isinstance(seed, np.ndarray) and seed.ndim == 1
+        first = None if seed is None or several else whole(seed, "seed")
+        seeds: Any = seed if several else [None if first is None else first + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed must be a number or a list of {self.num_envs}")
         generators = [None if seed is None else np.random.default_rng(whole(seed, f"seed[{i}]")) for i, seed in enumerate(seeds)]
         mask = np.asarray(given_options(options, "reset_mask").get("reset_mask", np.ones(self.num_envs, bool)))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f'options["reset_mask"] must be {self.num_envs} truth values')
+        if not mask.any():
+            raise ValueError('options["reset_mask"] must be true for one copy or more')
         if not (self._begun | mask).all():
             raise Error("not all copies have an episode; call reset() without a mask first")
         for row in np.flatnonzero(mask):
@@ -383,7 +391,7 @@ class Tasks(VectorEnv):
         ends: Any = np.asarray(judged[1])
         for given, array, what, kinds, wanted in ((judged[0], rewards, "rewards", "fiub", "numbers"), (judged[1], ends, "ends", "b", "truth values")):
             if array.dtype.kind not in kinds:
-                raise TypeError(f"{what} of {name}, which judge() returns, must be {wanted}, not {_kind_of(array, given)}")
+                raise TypeError(f"{what} of {name}, which judge() returns, must be {wanted}, not {kind_of(array, given)}")
             if array.shape != (self.num_envs,):
                 raise ValueError(f"{what} of {name} must be of shape ({self.num_envs},), one for each copy, not {array.shape}")
         rewards = np.where(plays, rewards, np.float64(0))

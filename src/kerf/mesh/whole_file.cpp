@@ -156,7 +156,7 @@ Error too_little_memory(const std::string& path) {
 }
 
 Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind) {
-  if (path.empty()) return bad_input("no file name given; name a mesh file");
+  if (path.empty()) return bad_input(fmt::format("no file name given; name the file of {}", kind.what));
   const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.value < 0) {
     if (errno == ENOENT) return bad_input(fmt::format("{}: no such file; check the path", shown(path)));

@@ -113,7 +113,7 @@ def flags(given, name, n):
     return array
 
 
-def index(given, name, what):
+def index(given, name, what="a whole number"):
     """A whole number: of Python, of NumPy, or what says that it is one, but no truth value."""
     try:
         if isinstance(given, bool):
@@ -125,7 +125,7 @@ def index(given, name, what):
 
 def whole(given, name, least=0, most=None):
     """A whole number from `least` to `most`."""
-    number = index(given, name, "a whole number")
+    number = index(given, name)
     if number < least:
         raise ValueError(f"{name} must be {least} or more")
     if most is not None and number > most:

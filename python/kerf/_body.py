@@ -100,13 +100,12 @@ def _positive(value, name):
 
 
 def _count(value, collision):
-    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
-        raise TypeError(f"collision_triangles must be a whole number, not {type(value).__name__}")
+    count = _arguments.index(value, "collision_triangles")
     if collision is not None:
         raise ValueError("collision_triangles goes without collision: they are of the mesh that is made")
-    if not 8 <= value <= 100000:
-        raise ValueError(f"collision_triangles must be from 8 to 100000, not {value}")
-    return int(value)
+    if not 8 <= count <= 100000:
+        raise ValueError(f"collision_triangles must be from 8 to 100000, not {count}")
+    return count
 
 
 # --- Meshes ---

@@ -86,7 +86,7 @@ def view(session: Session, *, open: bool | None = None, port: int = 0) -> Viewer
     """
     if not isinstance(session, Session):
         raise TypeError(f"session must be a kerf.Session, not {type(session).__name__}")
-    port = _arguments.index(port, "port", "a whole number")
+    port = _arguments.index(port, "port")
     if not 0 <= port <= 65535:
         raise ValueError(f"port must be from 0 to 65535, not {port}")
     if not session._view_address():
@@ -96,7 +96,7 @@ def view(session: Session, *, open: bool | None = None, port: int = 0) -> Viewer
     elif port not in (0, session._view_port()):
         raise Error(f"this session is viewed on port {session._view_port()}; close that viewer before it is viewed on port {port}")
     known = _viewed.get(session)
-    viewer = known() if known else None
+    viewer = known and known()
     if viewer is None or viewer.closed:
         viewer = Viewer(session)
         _viewed[session] = weakref.ref(viewer)

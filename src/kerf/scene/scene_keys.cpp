@@ -618,7 +618,7 @@ SceneKeys<ScenePunch> scene_keys<ScenePunch>() {
       {"reach", member<&T::reach>(), "m", kPositive, false,
        "How far along the axis to both sides of the point it cuts; by default through every layer."},
       {"roughness", member<&T::roughness>(), "m", kNotNegative, false,
-       "How far the cut surface is jagged at most, less where little comes loose, with the seed of [simulation]."},
+       "How far the cut surface is jagged at most, with the seed of [simulation]; less at sharp corners and where the loose part is thin."},
       {"take", member<&T::take>(), "", kAny, false, "Take away at once what comes loose, unless that is all there is."},
   };
   return {keys};

@@ -504,8 +504,7 @@ bool is_stiff(const MechanicsModel& model, const StepOptions& o) {
 
 // Are iterations that come to no end worth the time that the matrix takes to be factorised?
 bool may_factorise(const MechanicsModel& model, const StepOptions& o) {
-  return o.solver == SolverKind::kConjugateGradients && model.node_count() <= kMostFactorisedNodes &&
-         is_stiff(model, o);
+  return o.solver == SolverKind::kConjugateGradients && model.node_count() <= kMostFactorisedNodes;
 }
 
 // Norm of the momentum that the nodes bring into the step and of what weight and loads add, node by node.

@@ -76,7 +76,7 @@ inline constexpr int kMostSettling = 100;
 /// E dt^2 / (rho h^2) from which on the residual is measured by the momentum of the body and not by the right-hand side: elastic forces exceed that by about this
 /// ratio, and a hundredth of them would be a motion of whole pieces, and then more energy from step to step (seen from 1.5e6 on).
 inline constexpr double kStiffByMomentum = 1e5;
-/// Steps so stiff whose iterations come to no end are factorised, in models of up to this many nodes.
+/// Steps whose iterations come to no end are factorised, in models of up to this many nodes.
 inline constexpr std::size_t kMostFactorisedNodes = 20'000;
 /// Gravity used for the residual's floor when the scene has less, m/s^2.
 inline constexpr double kFloorGravity = 9.81;

@@ -215,12 +215,12 @@ TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
   }
 }
 
-/// A scalpel goes straight through a soft sheet whose collision edges are 38 times as long as the blade is thick. The lips lean on each other and on it, so
-/// contact rows tie few nodes many times over: iterations come to no end, and a step that they leave as it is throws the blade aside with up to 345 N.
-TEST(EdgeResistance, AScalpelInACoarseSheetIsNotThrownAside) {
+/// A scalpel goes straight through a soft sheet whose collision edges are 38 times as long as the blade is thick. The rim runs beside the blade there, by its chords,
+/// and the lips lean on each other and on the blade. It feels the resistance all the same, and is not thrown aside.
+TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
   constexpr Vec3 sheet{0.2, 0.12, 0.003};                                          // m
   constexpr double resistance = 40, way = 0.12, speed = 0.05, thickness = 0.0005;  // N/m, m, m/s, m
-  for (const double y : {0.007, -0.007}) {
+  for (const double y : {-0.02, -0.007, 0.005}) {
     SCOPED_TRACE(y);
     Scene scene;
     scene.material.young = 1e5;
@@ -244,7 +244,7 @@ TEST(EdgeResistance, AScalpelInACoarseSheetIsNotThrownAside) {
     SceneCommand command;
     command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, {}}}};
     ASSERT_TRUE(session.apply(command).ok());
-    double sum = 0;
+    double sum = 0, most = 0;
     int felt = 0;
     const int last = steps(session, way / speed);
     for (int i = 0; i < last; ++i) {
@@ -252,12 +252,14 @@ TEST(EdgeResistance, AScalpelInACoarseSheetIsNotThrownAside) {
       ASSERT_TRUE(step.ok());
       EXPECT_FALSE(step->mechanics.cap_hit);
       const Vec3 force = session.tools()[0].force;
-      EXPECT_LT(std::fabs(force.y), 2) << "N, at " << session.tools()[0].place.position.x;
+      EXPECT_LT(std::fabs(force.y), 1) << "N, at " << session.tools()[0].place.position.x;
       if (i < 0.2 * last) continue;  // then the blade is well in the sheet
       sum -= force.x;
+      most = std::max(most, -force.x);
       ++felt;
     }
-    EXPECT_NEAR(sum / felt, resistance * sheet.z, 0.02 * resistance * sheet.z);
+    EXPECT_NEAR(sum / felt, resistance * sheet.z, 0.01 * resistance * sheet.z);
+    EXPECT_LT(most, 1.03 * resistance * sheet.z);
   }
 }
 

@@ -37,11 +37,12 @@ struct RememberedContact {
 struct RememberedRim {
   std::int32_t tool = 0;
   CollisionVertex vertex;
-  std::int32_t side = 0;           ///< of the blade, 1 or -1; 0: it belongs to both lips
-  std::int32_t end = 0;            ///< of the slit, as SlitVertex::end
-  std::array<double, 2> beside{};  ///< m, at the - and + corner: how far it lay inside the blade's plane
-  std::array<double, 2> deep{};    ///< m: how far an end of the slit lay inside the blade
-  double open = 0;                 ///< m
+  std::int32_t side = 0;  ///< of the blade, 1 or -1; 0: it belongs to both lips
+  std::int32_t end = 0;   ///< of the slit, as SlitVertex::end
+  std::array<double, 2>
+      beside{};  ///< m, at the - and + corner: towards +y, where it lay beyond the blade's plane, as seen from its material
+  std::array<double, 2> deep{};  ///< m: how far an end of the slit lay inside the blade
+  double open = 0;               ///< m
   friend bool operator==(const RememberedRim&, const RememberedRim&) = default;
 };
 /// What bounds material: a side of a face, or the wall over a border.

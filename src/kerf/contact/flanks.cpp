@@ -72,9 +72,14 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
   const bool fresh = s.local.x > -wedge_of(b), same_end = before && before->end == s.end;
   for (std::size_t k = 0; k < 2; ++k) {
     const Vec3 x = s.local + (k == 0 ? -1.0 : 1.0) * s.offset;
-    const double beside = std::clamp(-s.side * x.y, 0.0, b.stray + std::fabs(s.offset.y));
-    if (!before) s.known.beside[k] = beside;
-    else if (fresh) s.known.beside[k] = std::min(before->beside[k] + kDrift * radius * b.step, beside);
+    const double most = b.stray + std::fabs(s.offset.y), drift = kDrift * radius * b.step;
+    double beside =
+        std::clamp(x.y, s.side < 0 ? 0.0 : -most, s.side > 0 ? 0.0 : most);  // of a tip, for the lip that lies inside
+    if (before) {
+      const double known = before->beside[k];
+      beside = fresh ? std::clamp(beside, std::min(known, 0.0) - drift, std::max(known, 0.0) + drift) : known;
+    }
+    s.known.beside[k] = beside;
     const double deep = std::max(0.0, -end_gap(b, s.end, x.x));  // material that the blade has not left yet
     s.known.deep[k] = same_end ? std::min(before->deep[k], deep) : deep;
   }
@@ -91,13 +96,15 @@ struct RimPlace {
   Vec3 travel;  ///< world
 };
 
-RimPlace place_between(const SurfaceState& body, const SlitVertex& a, const SlitVertex& b, double t) {
+/// Of the lip on a side.
+RimPlace place_between(const SurfaceState& body, int side, const SlitVertex& a, const SlitVertex& b, double t) {
   RimPlace p;
   p.where.vertex = {a.vertex, b.vertex, {}};
   p.where.weight = {1 - t, t, 0};
   p.local = lerp(a.local, b.local, t);
   p.offset = lerp(a.offset, b.offset, t);
-  for (std::size_t k = 0; k < 2; ++k) p.beside[k] = (1 - t) * a.known.beside[k] + t * b.known.beside[k];
+  for (std::size_t k = 0; k < 2; ++k)
+    p.beside[k] = (1 - t) * std::max(0.0, -side * a.known.beside[k]) + t * std::max(0.0, -side * b.known.beside[k]);
   p.deep = a.known.deep;
   p.open = (1 - t) * a.known.open + t * b.known.open;
   const auto travel = [&](V v) { return body.predicted[v.index()] - body.position[v.index()]; };
@@ -105,7 +112,7 @@ RimPlace place_between(const SurfaceState& body, const SlitVertex& a, const Slit
   return p;
 }
 RimPlace place_at(const SurfaceState& body, const SlitVertex& a) {
-  RimPlace p = place_between(body, a, a, 0);
+  RimPlace p = place_between(body, a.side, a, a, 0);
   p.where.vertex = {a.vertex, {}, {}};
   p.where.weight = {1, 0, 0};
   return p;
@@ -285,7 +292,7 @@ void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectM
       ++name.other_feature;
       if ((from.local.x < station) == (to.local.x < station)) continue;
       const double t = (station - from.local.x) / (to.local.x - from.local.x);
-      touch_flank(b, name, e.side, place_between(body, from, to, t), contacts);
+      touch_flank(b, name, e.side, place_between(body, e.side, from, to, t), contacts);
     }
   }
   let_through(s, b, first_contact, memory.flanks, contacts);

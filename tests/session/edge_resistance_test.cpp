@@ -253,6 +253,8 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
       EXPECT_FALSE(step->mechanics.cap_hit);
       const Vec3 force = session.tools()[0].force;
       EXPECT_LT(std::fabs(force.y), 1) << "N, at " << session.tools()[0].place.position.x;
+      for (const Session::ContactState& c : session.contacts())
+        ASSERT_GT(dot(c.force, c.normal), -0.15) << "N: nothing pulls; at " << session.tools()[0].place.position.x;
       if (i < 0.2 * last) continue;  // then the blade is well in the sheet
       sum -= force.x;
       most = std::max(most, -force.x);

@@ -69,7 +69,7 @@ TEST(ThinFriction, AStripHoldsOnASlopeBelowTheCone) {
     }
 }
 
-// At 5 ms it was 0.98 N.
+// A grasp that goes on asks for the whole way of each step. Measured by that, the solve left friction undone: 0.98 N at 5 ms, and at 16.7 ms 0.43 times what pressed.
 TEST(ThinFriction, AStripDrawnOverAPlanePullsWithFrictionTimesItsWeight) {
   for (const double dt : {0.002, 0.005, 0.0167}) {
     Session session = make(strip_on_slope(dt, 0, 0.0015, 3e5));
@@ -85,16 +85,18 @@ TEST(ThinFriction, AStripDrawnOverAPlanePullsWithFrictionTimesItsWeight) {
     move.over = 0.6;
     command.what = move;
     ASSERT_TRUE(session.apply(command).ok());
-    double pull = 0;
+    double pull = 0, push = 0, drag = 0;
     int steps = 0;
     for (int i = 0; i < static_cast<int>(std::lround(0.6 / dt)); ++i) {
       ASSERT_TRUE(session.step().ok());
       if (i * dt < 0.2) continue;
       pull += session.grasp_force("end").x;
+      for (const Session::ContactState& c : session.contacts()) push += dot(c.force, c.normal), drag -= c.force.x;
       ++steps;
     }
-    EXPECT_NEAR(pull / steps, kFriction * kWeight, 0.1 * kFriction * kWeight)
+    EXPECT_NEAR(pull / steps, kFriction * kWeight, 0.04 * kFriction * kWeight)
         << dt;  // the grasp carries a little of it
+    EXPECT_NEAR(drag / push, kFriction, 0.003) << dt;
   }
 }
 

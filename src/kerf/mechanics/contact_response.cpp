@@ -6,70 +6,29 @@
 #include <cmath>
 
 #include "kerf/base/lanes.h"
+#include "kerf/mechanics/contact_law.h"
 #include "kerf/mechanics/node_block.h"
 #include "kerf/mechanics/step.h"
 
 namespace kerf {
 namespace {
 
-using Row = ContactWork::Row;
+using namespace contact_law;
 using Quad = StepWorkspace::Quad;
 
 constexpr double kUnitTolerance = 1e-6;  // of a normal's length
 constexpr std::size_t kSumQuads = 72, kMatrixQuads = 192;
-/// From this pass on rows only join: what opens and closes in turn stays closed.
-constexpr int kFreePasses = 6;
 /// Rows that may press in another way than those that the inverse was made for: an iteration or two more cost less than another factor.
 constexpr int kStaleRows = 6;
 /// From this pass on the secant's share in rows that slid before and after the last one is so many times as large: they only creep.
 constexpr int kSettledPass = 3;
 constexpr double kSettledBlend = 0.2;
-/// A row that overlaps by more than so many times options.unseen without a force is not left to the next step.
-constexpr double kMostUnseen = 2;
 /// A contact is as stiff as this many times its softer side at most: measured by a side that is a thousand times as stiff, it would throw the other one about.
 constexpr double kSofter = 3;
 /// What touches is so many times as heavy as the nodes at the contact, or less, when it is asked how hard it will press.
 constexpr double kHeavier = 4;
-/// A spring of friction is stretched by this part of options.unseen before it slips, however little it holds. Where next to nothing presses, k would have it
-/// slip after nanometres, and what the solver leaves undone would decide, anew in every pass, who holds.
-constexpr double kSlack = 0.1;
 /// A row is so many times as stiff at most because of what it held.
 constexpr double kStiffened = 10;
-
-Vec3 vec_of(const Lanes& v) { return {v[0], v[1], v[2]}; }
-Lanes lanes_of(Vec3 v) { return Lanes{v.x, v.y, v.z, 0}; }
-
-inline Vec3 times(const double* block, Vec3 u) {
-  return {block[0] * u.x + block[3] * u.y + block[5] * u.z, block[3] * u.x + block[1] * u.y + block[4] * u.z,
-          block[5] * u.x + block[4] * u.y + block[2] * u.z};
-}
-
-using ToolVector = double (ToolWork::*)[6];
-
-inline Vec3 tool_velocity(const double (&v)[6], Vec3 arm) {
-  return Vec3{v[0], v[1], v[2]} + cross({v[3], v[4], v[5]}, arm);
-}
-
-/// J p of a row's nodes. Two sums, so that one need not wait for the other.
-inline Lanes sum_of_nodes(const ContactSet& set, const ContactRow& row, const std::vector<Quad>& p) {
-  Lanes even = all_lanes(0), odd = all_lanes(0);
-  const ContactEntry* e = set.entries.data() + row.first;
-  std::int32_t k = 0;
-  for (; k + 1 < row.count; k += 2) {
-    even += e[k].weight * load_lanes(p[e[k].node.index()].v);
-    odd += e[k + 1].weight * load_lanes(p[e[k + 1].node.index()].v);
-  }
-  if (k < row.count) even += e[k].weight * load_lanes(p[e[k].node.index()].v);
-  return even + odd;
-}
-
-/// J p of a row.
-inline Vec3 relative(const ContactSet& set, const ContactRow& row, const std::vector<Quad>& p,
-                     const std::vector<ToolWork>& tools, ToolVector tool_part) {
-  Vec3 out = vec_of(sum_of_nodes(set, row, p));
-  if (row.rigid >= 0) out -= tool_velocity(tools[row.rigid].*tool_part, row.arm);
-  return out;
-}
 
 inline void add_to_tool(double (&out)[6], Vec3 arm, Vec3 f, double sign) {
   const Vec3 torque = cross(arm, f);
@@ -85,20 +44,6 @@ double stiffening(const ContactSet& set, const Row& row) {
   if (!(set.options.unseen > 0 && row.stiffness > 0)) return 1;
   const double times = row.force / (row.stiffness * set.options.unseen);
   return times > 1 ? std::min(std::sqrt(times * std::sqrt(times)), kStiffened) : 1;
-}
-
-/// N along the normal at a gap, of a row that gives way.
-double limited_force(const ContactRow& in, const Row& row, double gap) {
-  return std::clamp(-row.stiffness * gap, 0.0, in.limit);
-}
-
-/// How far a friction spring is stretched when it slips, m, and its stiffness, N/m, where `limit` N are the most that it holds.
-double longest_stretch(const ContactSet& set, const Row& row, double limit) {
-  return std::max(kSlack * set.options.unseen, limit / row.stiffness);
-}
-double friction_stiffness(const ContactSet& set, const Row& row, double limit) {
-  const double slack = kSlack * set.options.unseen;
-  return slack > 0 ? std::min(row.stiffness, limit / slack) : row.stiffness;
 }
 
 /// Block and impulse of a row in its present phase; blend is theta.
@@ -567,7 +512,6 @@ double update_contacts(double h, StepWorkspace& w) {
   const ContactSet& set = *c.set;
   double change = 0, asked = 0;
   bool missed = false;  // light nodes overlap with forces that are nothing to the rest of the body
-  c.overlooked = false;
   for (std::size_t r = 0; r < c.rows.size(); ++r) {
     const ContactRow& in = set.rows[r];
     Row& row = c.rows[r];
@@ -585,15 +529,13 @@ double update_contacts(double h, StepWorkspace& w) {
       continue;
     }
     missed = missed || (row.phase == ContactPhase::kOpen && gap < -set.options.unseen);
-    c.overlooked = c.overlooked || (row.phase == ContactPhase::kOpen && set.options.unseen > 0 &&
-                                    gap < -kMostUnseen * set.options.unseen);
     row.force = std::max(0.0, -row.stiffness * gap);
     const ContactPhase before = row.phase;
     row.held = before == ContactPhase::kOpen ? likely_force(row, 0, gap)
                                              : std::min(row.force, std::max(0.0, dot(row.used, in.normal) / h));
     row.stretch = row.slip + h * (u - dot(u, in.normal) * in.normal);
     Vec3 wanted, owed;  // impulses: the second without what a spring that turns round would hold beyond its limit
-    if (gap < 0 || (row.phase != ContactPhase::kOpen && c.pass > kFreePasses)) {
+    if (gap < 0) {
       row.phase = phase_of(set, in.friction, row);
       set_sliding_direction(row);
       row.slid = before == ContactPhase::kSlide && row.phase == ContactPhase::kSlide;

@@ -43,6 +43,7 @@ struct ContactWork {
     double block[8] = {};  // h^2 P of this pass: xx yy zz xy, yz zx - -
     Vec3 impulse;          // its share of the right-hand side, h [...]
     Vec3 motion;           // J v when the pass before was over, or as the step began
+    Vec3 way;              // how the present pass changed it
     Vec3 used;             // impulse in it, with that motion
   };
   struct alignas(32) Quad {
@@ -56,8 +57,7 @@ struct ContactWork {
   const ContactSet* set = nullptr;  // null: no contact in this step
   int pass = 0;                     // of this step, from 1
   double unforced = 0;              // norm of the residual without contacts, when the first pass begins, N s
-  double asked = 0;         // norm of what contacts should change in the next pass, as far as mass must be stopped, N s
-  bool overlooked = false;  // after the last pass: a row without a force overlaps by more than kMostUnseen allows
+  double asked = 0;  // norm of what contacts should change in the next pass, as far as mass must be stopped, N s
   std::vector<Row> rows;
   std::vector<std::int32_t> pressing;   // rows, ascending
   std::vector<std::int32_t> single;     // those of them that are applied one by one

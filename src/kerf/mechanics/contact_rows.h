@@ -64,9 +64,8 @@ struct ContactMemory {
 };
 
 struct ContactOptions {
-  double stiffness = 30;  ///< times the local diagonal of M / dt^2 + K
-  int passes =
-      8;  ///< linear solves a step at most, while contacts open and close; three times as many while one is overlooked
+  double stiffness = 30;        ///< times the local diagonal of M / dt^2 + K
+  int passes = 8;               ///< linear solves a step while contacts open and close; three times as many at most
   double friction_blend = 0.3;  ///< share of the secant in the sliding tangent
   double push_speed = 1;        ///< m/s at which bodies that overlap at the start are pushed apart
   double unseen = 0;  ///< m of new overlap without a force that end the passes all the same; 0: only forces count

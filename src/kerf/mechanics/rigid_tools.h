@@ -16,9 +16,10 @@ struct ToolWork {
   Vec3 velocity, spin;                                                            ///< at the start: m/s, rad/s
   Vec3 offset, turn_offset;  ///< from tool to target at the start: m, rotation vector
   double right[6] = {}, solution[6] = {}, residual[6] = {}, search[6] = {}, product[6] = {}, preconditioned[6] = {};
-  double block[kBlockDoubles] = {};  ///< factored 6 x 6 diagonal block, contacts included
-  bool touched = false;              ///< something presses on it in this pass
-  double contact[6] = {};            ///< impulse of the contacts on it, N s, N m s
+  double start_solution[6] = {}, start_residual[6] = {};  ///< as the present pass began (pass_length.h)
+  double block[kBlockDoubles] = {};                       ///< factored 6 x 6 diagonal block, contacts included
+  bool touched = false;                                   ///< something presses on it in this pass
+  double contact[6] = {};                                 ///< impulse of the contacts on it, N s, N m s
 };
 
 Status check_tool(const RigidTool& tool, const RigidState& state, std::size_t index);

@@ -12,6 +12,7 @@
 #include "kerf/mechanics/direct_solver.h"
 #include "kerf/mechanics/element_pass.h"
 #include "kerf/mechanics/node_block.h"
+#include "kerf/mechanics/pass_length.h"
 #include "kerf/mechanics/tolerances.h"
 
 namespace kerf {
@@ -20,7 +21,7 @@ namespace {
 using Quad = StepWorkspace::Quad;
 using Structure = MechanicsModel::Structure;
 
-/// Passes over contacts at most, while one is overlooked, in times of those that are wished for.
+/// Passes over contacts at most, in times of those that are wished for.
 constexpr int kMostPasses = 3;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
@@ -32,8 +33,8 @@ double sum_of(const Lanes& v) { return (v[0] + v[1]) + v[2]; }
 void resize(const MechanicsModel& model, StepWorkspace& w) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  for (std::vector<Quad>* v :
-       {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search, &w.product, &w.preconditioned})
+  for (std::vector<Quad>* v : {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search, &w.product,
+                               &w.preconditioned, &w.start_solution, &w.start_residual})
     v->resize(n);
   w.slot.resize(s.element_slots + 8 * s.springs.size());
   w.mass_diagonal.resize(n);
@@ -432,6 +433,33 @@ double fresh_residual(const MechanicsModel& model, StepWorkspace& w, bool x_is_z
   return std::sqrt(sum);
 }
 
+// Norm of the right-hand side with springs as if their nodes went on at their pace. A spring that is led somewhere asks for the whole way, and most of that is taken up by
+// going on as before: measured by it, a solve would leave all else undone.
+double norm_at_pace(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
+  const Structure& s = model.structure();
+  for (Quad& q : w.search) store_lanes(q.v, all_lanes(0));
+  for (std::size_t i = 0; i < s.springs.size(); ++i) {
+    const RowSpring& spring = model.springs()[s.springs[i]];
+    Lanes at = all_lanes(0);
+    for (int k = 0; k < 8; ++k)
+      if (spring.nodes[k].valid()) at += spring.weights[k] * load_lanes(w.velocity[spring.nodes[k].index()].v);
+    for (int k = 0; k < 8; ++k) {
+      if (!spring.nodes[k].valid()) continue;
+      double* sum = w.search[spring.nodes[k].index()].v;
+      store_lanes(sum, load_lanes(sum) + (w.spring_scale[i] * spring.weights[k]) * at);
+    }
+  }
+  for_each_chunk(parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    Lanes sum = all_lanes(0);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Lanes b = load_lanes(w.right_side[i].v) - load_lanes(w.search[i].v);
+      sum += s.free[i] * (b * b);
+    }
+    w.partial[chunk].v[0] = sum_of(sum);
+  });
+  return std::sqrt(reduced(w, model.node_count(), 0));
+}
+
 // Starts from zero; held nodes from their prescribed velocity, free pieces and free tools from their rigid motion.
 // Returns the norm of the residual, which for a body that rests on something is the right-hand side.
 double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
@@ -541,6 +569,7 @@ struct Solver {
   StepReport& report;
   Attempt attempt;
   double floor = 0, norm_b = 0;
+  double at_pace = HUGE_VAL;  // N s: norm_at_pace(), where there are springs
   bool stiff = false;
   double brought = 0;  // momentum; for what is stiff only
   bool coarse_assembled = false, coarse_factored = false;
@@ -591,8 +620,9 @@ struct Solver {
     const bool lean = w.contact.set != nullptr && w.contact.any_free_touched;
     // Contacts that close in this pass ask for far more than will be left of it once the rest of the body gives way: measured by that, what matters would be
     // left undone.
-    norm_b = std::max(
-        norm_b, w.contact.set != nullptr ? std::min(norm_start, w.contact.unforced + w.contact.asked) : norm_start);
+    norm_b = std::max(norm_b, w.contact.set != nullptr
+                                  ? std::min(norm_start, std::min(at_pace, w.contact.unforced) + w.contact.asked)
+                                  : std::min(norm_start, at_pace));
     if (norm_start == 0) {
       report.stopped_by_floor = true;
       return;
@@ -663,10 +693,11 @@ struct Solver {
     if (stiff) brought = momentum_brought(model, w, o);
     floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
             std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
+    if (!s.springs.empty()) at_pace = norm_at_pace(model, w, o.parallel);
     const bool contacts = w.contact.set != nullptr, oracle = o.solver == SolverKind::kDirect,
                iterative = !oracle && attempt != Attempt::kDirectly;
     const int wished = contacts ? w.contact.set->options.passes : 1, most = contacts ? kMostPasses * wished : 1;
-    for (int pass = 0, passes = wished; pass < passes; ++pass) {
+    for (int pass = 0; pass < most; ++pass) {
       const bool last = pass + 1 >= wished;
       if (contacts) {
         const Clock::time_point start = Clock::now();
@@ -677,6 +708,8 @@ struct Solver {
       const double norm = pass == 0                                  ? start_solve(model, w, o.parallel)
                           : iterative && !w.contact.any_free_touched ? carried_residual(model, w, o.parallel)
                                                                      : fresh_residual(model, w, false, o.parallel);
+      const bool may_end_early = contacts && pass >= kWholePasses;
+      if (may_end_early) start_pass(w);
       if (!iterative) {
         norm_b = std::max(norm_b, norm);
         report.factorised = true;
@@ -686,10 +719,10 @@ struct Solver {
       }
       if (!contacts) break;
       const Clock::time_point start = Clock::now();
+      const bool whole = !may_end_early || end_pass(model, o.dt, o.parallel, w) == 1;
       const double change = update_contacts(o.dt, w);
       report.seconds_contact += seconds_since(start);
-      if (pass + 1 == passes && passes < most && w.contact.overlooked) ++passes;
-      if (!(change > (oracle ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
+      if (whole && !(change > (oracle ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
       if (report.cap_hit && attempt == Attempt::kUntilCap) return {};
     }
     if (iterative && contacts && w.contact.any_free_touched && report.two_level) {

@@ -88,13 +88,14 @@ struct StepWorkspace {
   };
   // Node vectors are (x, y, z, 0) per node.
   std::vector<Quad> position, velocity, right_side, solution, residual, search, product, preconditioned;
-  std::vector<Quad> slot;              // one force per (element, corner) and (spring, node)
-  std::vector<double> mass_diagonal;   // (1 + dt a) m, per node
-  std::vector<Quad> diagonal;          // two per node: xx yy zz xy, yz zx - -; without contacts
-  std::vector<Quad> inverse_diagonal;  // three columns per node
-  std::vector<Quad> diagonal_slot;     // two per slot: xx yy zz xy, yz zx - -
-  std::vector<Quad> rotation;          // nine per batch
-  std::vector<Quad> scaled_rotation;   // nine per batch: times the square root of (dt^2 + dt b) E-scale
+  std::vector<Quad> start_solution, start_residual;  // as the present pass began (pass_length.h)
+  std::vector<Quad> slot;                            // one force per (element, corner) and (spring, node)
+  std::vector<double> mass_diagonal;                 // (1 + dt a) m, per node
+  std::vector<Quad> diagonal;                        // two per node: xx yy zz xy, yz zx - -; without contacts
+  std::vector<Quad> inverse_diagonal;                // three columns per node
+  std::vector<Quad> diagonal_slot;                   // two per slot: xx yy zz xy, yz zx - -
+  std::vector<Quad> rotation;                        // nine per batch
+  std::vector<Quad> scaled_rotation;                 // nine per batch: times the square root of (dt^2 + dt b) E-scale
   std::vector<Quad>
       tension;  // per batch: volume times stress against turns, then what the matrix has of it over the scale's square
   std::vector<double> spring_scale;    // dt^2 k + dt c, per live spring

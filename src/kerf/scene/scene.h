@@ -176,7 +176,7 @@ struct SceneContact {
   double stiffness = 30;        ///< 1: times the local inertia and elasticity
   double margin = 0.2;          ///< half thicknesses: contacts are watched from this gap on
   double push_speed = 1;        ///< m/s at which bodies that overlap at the start are pushed apart
-  int passes = 8;               ///< linear solves of a step at most, while contacts open and close
+  int passes = 8;               ///< linear solves of a step while contacts open and close; three times as many at most
   int substeps = 16;            ///< parts of a step at most, when a tool or an obstacle is fast
 };
 

@@ -386,7 +386,7 @@ SceneKeys<SceneContact> scene_keys<SceneContact>() {
       {"push_speed", member<&T::push_speed>(), "m/s", kPositive, false,
        "At most this fast things that overlap at the start are pushed apart. What is free keeps that speed and flies off with it: place things apart, or lower it."},
       {"passes", member<&T::passes>(), "", at_least_one(64), false,
-       "Linear solves of a step at most, while contacts open and close. Three times as many while a contact without a force overlaps by more than 2 % of the half thickness."},
+       "Linear solves of a step while contacts open and close. Where they come to no end, three times as many at most."},
       {"substeps", member<&T::substeps>(), "", at_least_one(1000), false,
        "Parts that a step is divided into at most, when a tool, an obstacle or the body moves fast."},
   };

@@ -33,7 +33,8 @@ struct Cage {
 
   Cage(Random& random, double friction) : model(test::make_box(g, kCell, material(random))) {
     state = rest_state(model);
-    for (Vec3& v : state.velocities) v = {random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)};
+    for (Vec3& v : state.velocities)
+      v = {random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)};
     set.options.stiffness = random.uniform(10, 300);
     for (std::uint64_t key = 0; key < 80; ++key) {
       Plane plane;

@@ -218,25 +218,33 @@ TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
 /// A scalpel goes straight through a soft sheet whose collision edges are 38 times as long as the blade is thick. The rim runs beside the blade there, by its chords,
 /// and the lips lean on each other and on the blade. It feels the resistance all the same, and is not thrown aside.
 TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
-  constexpr Vec3 sheet{0.2, 0.12, 0.003};                                          // m
+  struct Row {
+    Vec3 sheet;                           // m
+    double held_beyond, young, start, y;  // m, Pa, m, m
+    double most;                          // of the mean, in a step
+  };
   constexpr double resistance = 40, way = 0.12, speed = 0.05, thickness = 0.0005;  // N/m, m, m/s, m
-  for (const double y : {-0.02, -0.007, 0.005}) {
-    SCOPED_TRACE(y);
+  const Vec3 small{0.2, 0.12, 0.003}, large{0.3, 0.2, 0.005};
+  // In the last one the slit has a spur at first: a corner between two slits belongs to both sides.
+  for (const Row& row : {Row{small, 0.045, 1e5, -0.105, -0.02, 1.03}, Row{small, 0.045, 1e5, -0.105, -0.007, 1.03},
+                         Row{small, 0.045, 1e5, -0.105, 0.005, 1.03}, Row{large, 0.08, 3e5, -0.155, 0.02, 1.2}}) {
+    SCOPED_TRACE(row.y);
+    const Vec3 sheet = row.sheet;
     Scene scene;
-    scene.material.young = 1e5;
+    scene.material.young = row.young;
     scene.cut.resistance = resistance;
     scene.simulation.time_step = 0.005;
     scene.simulation.gravity = {};
     for (const double side : {-1.0, 1.0}) {
       SceneFix& fix = scene.fixes.emplace_back();
       fix.region.shape = SceneRegion::Shape::kHalfSpace;
-      fix.region.point = {0, side * 0.045, 0};
+      fix.region.point = {0, side * row.held_beyond, 0};
       fix.region.normal = {0, side, 0};
     }
     SceneRigidTool& blade = scene.tools.emplace_back();
     blade.id = "blade";
     blade.kind = SceneToolKind::kScalpel;
-    blade.position = {-0.105, y, -0.010};
+    blade.position = {row.start, row.y, -0.010};
     blade.tip = 0.02;
     blade.thickness = thickness;
     Session session = slab_session(scene, Mesh::kAutomatic, sheet, 0.005);
@@ -252,16 +260,17 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
       ASSERT_TRUE(step.ok());
       EXPECT_FALSE(step->mechanics.cap_hit);
       const Vec3 force = session.tools()[0].force;
-      EXPECT_LT(std::fabs(force.y), 1) << "N, at " << session.tools()[0].place.position.x;
+      EXPECT_LT(std::fabs(force.y), row.young > 1e5 ? 3 : 1) << "N, at " << session.tools()[0].place.position.x;
       for (const Session::ContactState& c : session.contacts())
-        ASSERT_GT(dot(c.force, c.normal), -0.15) << "N: nothing pulls; at " << session.tools()[0].place.position.x;
+        ASSERT_GT(dot(c.force, c.normal), row.young > 1e5 ? -1 : -0.15)
+            << "N: nothing pulls; at " << session.tools()[0].place.position.x;
       if (i < 0.2 * last) continue;  // then the blade is well in the sheet
       sum -= force.x;
       most = std::max(most, -force.x);
       ++felt;
     }
-    EXPECT_NEAR(sum / felt, resistance * sheet.z, 0.01 * resistance * sheet.z);
-    EXPECT_LT(most, 1.03 * resistance * sheet.z);
+    EXPECT_NEAR(sum / felt, resistance * sheet.z, (row.young > 1e5 ? 0.04 : 0.01) * resistance * sheet.z);
+    EXPECT_LT(most, row.most * resistance * sheet.z);
   }
 }
 

@@ -224,7 +224,9 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
     const Vec3 p = to_blade(b, body.position[from.index()]), q = to_blade(b, body.position[to.index()]);
     if (!near_blade(b, p, q, std::max(s.radius[from], s.radius[to]), reach)) continue;
     const RememberedRim *known_from = recall_rim(memory, b.tool, from), *known_to = recall_rim(memory, b.tool, to);
-    int side = side_known(known_from, known_to);
+    // Where its material lies says the side of what has just been cut: its other end may be the corner of a strip between two slits.
+    const bool just_cut = (!known_from && p.x > -wedge_of(b)) || (!known_to && q.x > -wedge_of(b));
+    int side = just_cut ? 0 : side_known(known_from, known_to);
     if (side == 0) {
       const Vec3 along = normalized(q - p),
                  apex = to_blade(b, body.position[s.to(ContactSurface::next(h)).index()]) - p;

@@ -15,7 +15,7 @@ namespace {
 
 using namespace contact_law;
 
-constexpr int kHalvings = 20;         // of the way: to a millionth of it
+constexpr int kHalvings = 20;  // of the way: to a millionth of it
 
 /// N s m/s: the residual that a pass starts with, and what it leaves, along its way.
 struct AlongTheWay {

@@ -99,7 +99,7 @@ def _of_words(words):
     if os.sep in words or words.endswith((".toml", ".kerf")):
         return _of_file(path)
     known = sorted({*scenes(), *models()})
-    closest = _core.closest_word(words, known)
+    closest = _core.closest_word(utf8(words), known)
     raise Error(f'there is no scene or model "{words}"; ' + (f'did you mean "{closest}"?' if closest else f"there are {', '.join(known)}"))
 
 

@@ -28,7 +28,7 @@ void define_strokes(nb::module_& m) {
   nb::class_<Stroke>(m, "Stroke", nb::type_slots(stroke_slots),
                      R"(One stroke of a blade: a context manager, made by Session.stroke().
 
-It begins where `with` is entered and ends with the block, after an exception too. What it has cut is one step of undo().
+It begins where `with` is entered and ends with the block, after an exception too, or with the last name for it. What it has cut is one step of undo().
 A stroke that undo(), restore() or a blade of the scene ended is over; its blade then raises kerf.Error. A session that is made with
 scripted=False has no blades of the scene.)")
       .def("__init__", refuse_to_make<Stroke>("a stroke comes from stroke() of a kerf.Session"), kRefusesToMake)

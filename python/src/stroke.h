@@ -17,6 +17,16 @@ class Stroke {
  public:
   Stroke(nanobind::object session, SceneFrame frame, bool through)
       : session_(std::move(session)), frame_(frame), through_(through) {}
+  Stroke(Stroke&&) = default;
+  Stroke& operator=(Stroke&&) = delete;
+  /// A blade that nobody has any more is lifted: nothing else could end its stroke. While the session is at work it stays.
+  ~Stroke() {
+    if (number_ == 0 || !session_.is_valid()) return;
+    try {
+      if (is_open()) end();
+    } catch (...) {  // NOLINT(bugprone-empty-catch): there is nobody to tell
+    }
+  }
   void enter() {
     if (number_ != 0) throw Failure(bad_input("this stroke has begun before; make another one"));
     number_ = live().begin_stroke(frame_, through_);

@@ -272,11 +272,24 @@ def test_a_stroke_left_open(sheet):
     blade = sheet.stroke()
     blade.__enter__()
     blade.move(*ACROSS[0])
-    del blade
     with pytest.raises(kerf.Error, match="open"):
         sheet.cut(ACROSS)
     sheet.step(2)
+    del blade  # nobody could end it any more
+    assert not sheet.in_stroke
+    assert sheet.cut(ACROSS)
     del sheet
+
+
+def test_a_lost_stroke_keeps_what_it_cut(sheet):
+    blade = sheet.stroke().__enter__()
+    for edge in ACROSS:
+        blade.move(*edge)
+    before = sheet.counts["visual_triangles"]
+    del blade
+    assert sheet.undo_depth == 1
+    sheet.undo()
+    assert sheet.counts["visual_triangles"] < before
 
 
 def test_a_closed_session(sheet):
@@ -425,6 +438,7 @@ def test_a_scene_in_itself_is_refused():
     (lambda s: kerf.view(s, port=True), TypeError, "^port must be a whole number, not bool"),
     (lambda s: s.restore(kerf.Snapshot.__new__(kerf.Snapshot)), TypeError, r"^snapshot must be what a session's snapshot\(\) gave"),
     (lambda s: s.release("h\ud800"), kerf.Error, r"^'h\\ud800' is not UTF-8"),
+    (lambda s: kerf.Session("\ud800"), kerf.Error, r"^'\\ud800' is not UTF-8"),
     (lambda s: kerf.bind([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.array([[0, None, 1]])), TypeError, "^triangles must be whole numbers, not with NoneType in it"),
     (lambda s: kerf.bind("sheet").save(None), TypeError, "^a path is a str or os.PathLike, not NoneType"),
     (lambda s: kerf.Recording.load(""), kerf.Error, "name the file of a recording")])

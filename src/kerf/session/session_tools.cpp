@@ -350,7 +350,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
         motion.crossed && leads(edge_middle(now) - edge_middle(before + motion.carried), place.axes, edge.forward);
     bool enters = (edge_in > 0 || went_by) && (!scissors || closing);
     if (resisted)  // it presses until the material gives way
-      enters = motion.edge_force > scene.cut.resistance * motion.edge_length && motion.edge_length > 0;
+      enters = motion.edge_force > scene.cut.resistance * motion.edge_length;
     if (!enters) return {};
     motion.inside = true;
   }
@@ -532,6 +532,9 @@ void Session::Impl::feel_tools() {
     const RigidState& at = state.mechanics.tools[i];
     const ToolSizes sizes = tool_sizes(tool);
     double low = HUGE_VAL, high = -HUGE_VAL;
+    // m along the edge: how far apart contacts are sampled, along the surface and not across its thickness, and how high the
+    // wall is that one of them stands for.
+    double between = 0, wall = 0;
     for (std::size_t k = 0; k < results.size() && k < contact.contacts.size(); ++k) {
       const Contact& c = contact.contacts[k];
       if (c.tool != static_cast<std::int32_t>(i) || results[k].normal_force <= 0) continue;
@@ -543,9 +546,13 @@ void Session::Impl::feel_tools() {
       motion.edge_force += results[k].normal_force;
       low = std::min(low, local.z);
       high = std::max(high, local.z);
+      const Vec3 offset = contact.offsets[c.a.vertex[0].index()];
+      const double upright = std::fabs(dot(normalized(offset), at.axes.c[2])),
+                   flat = std::sqrt(std::max(0.0, 1 - upright * upright));
+      between = std::max(between, kSampled * state.body.complex.mean_root_edge * flat);
+      wall = std::max(wall, 2 * norm(offset) * upright);
     }
-    const double least = 0.5 * state.body.complex.mean_root_edge;  // contacts are sampled that far apart
-    if (high >= low) motion.edge_length = std::min(sizes.tip, high - low + least);
+    if (high >= low) motion.edge_length = std::min(sizes.tip, std::max(high - low + between, wall));
   }
 }
 

@@ -24,6 +24,9 @@ inline constexpr double kBesideCut = 0.3;
 /// path tolerance and the minimum feature. In the steak this is a lean of 13 degrees, half 7, double 25. Strokes of the shipped scenes reach 0.03.
 inline constexpr double kBesideBlade = 0.1;
 
+/// Mean collision edges between the places at which an edge that lies along the skin is felt. Edges that stand across the thickness are felt at both ends of it.
+inline constexpr double kSampled = 0.5;
+
 /// Mean collision edges within which an edge of a stroke by hand that is in no material goes along with the nearest. Half: poses far apart
 /// enter a falling body a third of an edge beside where the blade met it. Double: the same walls.
 inline constexpr double kGoesAlong = 8;

@@ -171,6 +171,16 @@ Session slab_session(Scene scene, Mesh mesh, Vec3 slab = kSlab, double quad = 0.
   return make(scene);
 }
 
+/// Holds what lies farther than so many metres to both sides of y = 0.
+void hold_beyond(double distance, Scene& scene) {
+  for (const double side : {-1.0, 1.0}) {
+    SceneFix& fix = scene.fixes.emplace_back();
+    fix.region.shape = SceneRegion::Shape::kHalfSpace;
+    fix.region.point = {0, side * distance, 0};
+    fix.region.normal = {0, side, 0};
+  }
+}
+
 /// A blade stands upright in a slab and goes through it from the side: it feels the resistance times the thickness, however soft the slab is.
 TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
   struct Row {
@@ -186,12 +196,7 @@ TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
     scene.cut.resistance = resistance;
     scene.simulation.time_step = row.dt;
     scene.simulation.gravity = {};
-    for (const double side : {-1.0, 1.0}) {
-      SceneFix& fix = scene.fixes.emplace_back();
-      fix.region.shape = SceneRegion::Shape::kHalfSpace;
-      fix.region.point = {0, side * row.held_beyond, 0};
-      fix.region.normal = {0, side, 0};
-    }
+    hold_beyond(row.held_beyond, scene);
     SceneRigidTool& blade = scene.tools.emplace_back();
     blade.id = "blade";
     blade.kind = SceneToolKind::kScalpel;
@@ -235,12 +240,7 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
     scene.cut.resistance = resistance;
     scene.simulation.time_step = 0.005;
     scene.simulation.gravity = {};
-    for (const double side : {-1.0, 1.0}) {
-      SceneFix& fix = scene.fixes.emplace_back();
-      fix.region.shape = SceneRegion::Shape::kHalfSpace;
-      fix.region.point = {0, side * row.held_beyond, 0};
-      fix.region.normal = {0, side, 0};
-    }
+    hold_beyond(row.held_beyond, scene);
     SceneRigidTool& blade = scene.tools.emplace_back();
     blade.id = "blade";
     blade.kind = SceneToolKind::kScalpel;

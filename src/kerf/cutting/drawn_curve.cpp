@@ -210,6 +210,7 @@ class Curve {
       journal_mark(cut_.body, mark);
       if (move_parameters()) return true;
       journal_rollback(cut_.body, mark);
+      if (scratch().faces.empty()) return false;
       for (const VisualTriangle f : scratch().faces)
         if (!divide_longest(f)) return false;
     }
@@ -219,8 +220,11 @@ class Curve {
   bool walk_chord_instead() { return walk_chord(cut_, p_, q_, patch_); }
 
  private:
-  /// The curve goes onto the chord; what lies beside it follows, less the farther away it is. False: triangles would be turned over, those in scratch.faces, or the curve turns back.
+  /// The curve goes onto the chord; what lies beside it follows, less the farther away it is. False: triangles would be turned over, those in scratch.faces, or, where there are none,
+  /// the curve turns back.
   bool move_parameters() {
+    std::vector<VisualTriangle>& turned = scratch().faces;
+    turned.clear();
     std::vector<Vec2>& line = scratch().drawn;
     line.assign(1, Vec2{});
     for (const VV v : scratch().path) line.push_back(place(v));
@@ -250,8 +254,6 @@ class Curve {
     };
     for (const auto& m : moved) for_each_in_patch(m.vertex, [&](VisualHalfEdge e) { faces.push_back({e, area(e)}); });
     for (const auto& m : moved) for_each_in_patch(m.vertex, [&](VisualHalfEdge e) { mesh().planar.set(e, m.to); });
-    std::vector<VisualTriangle>& turned = scratch().faces;
-    turned.clear();
     for (const auto& f : faces)
       if (!(area(f.corner) > kLaidKeepsArea * f.area)) turned.push_back(VisualMesh::face(f.corner));
     std::sort(turned.begin(), turned.end());

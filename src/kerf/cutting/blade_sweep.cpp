@@ -145,7 +145,8 @@ class Sweep {
   std::vector<BladeArc> find_all() {
     const bool along = std::any_of(old_.begin(), old_.end(),
                                    [&](const BladeFront& f) { return lies_along(f.end.face, cut::kPathLeans); });
-    behind_ = along ? moved_behind() : rounding_.carried();
+    if (along && !moved_) moved_ = moved_behind();  // of what this move has cut nothing is known
+    behind_ = along ? *moved_ : rounding_.carried();
     const std::vector<ArcFront> fronts = seen();
     if (!stroke_.through && !fronts.empty() && !along) {
       std::vector<BladeArc> ahead =
@@ -204,25 +205,37 @@ class Sweep {
                        [&](F f) { return std::find(b.faces.begin(), b.faces.end(), f) != b.faces.end(); });
   }
 
-  /// How far behind the last place of the edge, metres, there may be what was ahead of it at the last pose: no farther than it, and the fronts that the strip
-  /// begins at, have moved. Of what is new since, nothing is known.
+  /// How far behind the last place of the edge, metres, there may be what was ahead of it at the last pose. The edge goes along with its fronts, so it is no farther
+  /// than what is near has moved otherwise than they have.
   double moved_behind() const {
     if (target_.before.empty()) return 0;
     Box3 box;
     for (const BladeEdge& edge : {stroke_.edge, to_})
       for (const Vec3 p : {edge.base, edge.tip}) box.add(p);
-    for (const BladeFront& f : old_) box.add(place(f.end));
+    Vec3 motion;
+    int known = 0;
+    for (const BladeFront& f : old_) {
+      box.add(place(f.end));
+      if (!is_known(f.end.face)) continue;
+      motion += place(f.end) - place_of(mesh(), f.end, target_.before);
+      ++known;
+    }
+    if (known > 0) motion = (1.0 / known) * motion;
     double most = 0;
     target_.boxes.refresh(mesh(), target_.position);
     target_.boxes.for_each([&](const Box3& b) { return boxes_meet(box, b); },
                            [&](F f) {
                              for (const int k : kCorners)
-                               if (const V v = mesh().from(CollisionMesh::corner(f, k));
-                                   v.index() < target_.before.size())
-                                 most = std::max(most, norm(at(v) - target_.before[v.index()]));
+                               if (const V v = mesh().from(CollisionMesh::corner(f, k)); is_known(v))
+                                 most = std::max(most, norm(at(v) - target_.before[v.index()] - motion));
                            });
     const bool still = most < cut::kPathStill * target_.complex.mean_root_edge;
     return still ? 0 : std::min(2 * most, rounding_.carried());
+  }
+  bool is_known(V v) const { return v.index() < target_.before.size(); }
+  bool is_known(F f) const {
+    return std::all_of(std::begin(kCorners), std::end(kCorners),
+                       [&](int k) { return is_known(mesh().from(CollisionMesh::corner(f, k))); });
   }
 
   /// What went through the edge without being cut there lies behind its last place: it has come towards the blade, bends along it, or was passed while another
@@ -656,7 +669,7 @@ class Sweep {
     const Vec3 is = rounding_.rest(f.end);
     for (const V v : {f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{}, f.before})
       if (v.valid() && norm(is - rounding_.rest(v)) > rounding_.feature()) return is - rounding_.rest(v);
-    return {};
+    return is - f.came;
   }
 
   /// A point in the middle of an arc.
@@ -683,7 +696,8 @@ class Sweep {
   LeaningCut leaning_;
   Strip strip_;
   BladeEdge to_;
-  double behind_ = 0;  // metres behind the last place that are looked at
+  std::optional<double> moved_;  // what moved_behind() said
+  double behind_ = 0;            // metres behind the last place that are looked at
   bool dirty_ = false;
   bool leads_ = false;           // what is opened is not provisional
   bool along_ = false;           // the arc at work, or its front, has come through a sheet that lies along the blade

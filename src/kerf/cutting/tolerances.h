@@ -102,9 +102,9 @@ inline constexpr double kTied = 1;
 /// Mean root edges that material may have been carried towards a blade, or a front beside its strip, between two poses. At half, bodies that rise fast
 /// against a blade are stabbed in place of led in; at double, what another arc has cut is taken for a front's own.
 inline constexpr double kPathCarried = 0.5;
-/// Mean root edges that a sheet along the blade moves between two poses, below which it keeps still: nothing is looked for behind the blade. At half, cuts in sheets that
-/// lean along the blade and move by 0.03 run on past their turns; at double, a dome that rises against a blade is stabbed in place of led in.
-inline constexpr double kPathStill = 0.05;
+/// Mean root edges that a sheet along the blade moves otherwise than its fronts between two poses, below which it keeps still: nothing is looked for behind the blade. Half or double:
+/// the same strokes. At zero, cuts in sheets that lean along the blade run on past their turns; at 0.002, strips that bend on an edge keep their last strand.
+inline constexpr double kPathStill = 1e-4;
 /// Faces around a point that are looked at. At half, crowded places are not seen whole; at double nothing more is.
 inline constexpr int kFacesAround = 64;
 /// Border edges on either side that count as the same lip. At half, long arcs between close vertices leave their lip; at double nothing changes.

@@ -49,7 +49,7 @@ struct BareSurface {
     for (Vec3& p : predicted) p += by;
   }
   [[nodiscard]] SurfaceState state() const { return {&surface, position, offset, predicted}; }
-  [[nodiscard]] Vec3 point(const SurfacePoint& p) const {
+  [[nodiscard]] Vec3 point(const kerf::SurfacePoint& p) const {
     Vec3 sum;
     for (std::size_t i = 0; i < 3; ++i)
       if (p.vertex[i].valid())

@@ -50,6 +50,13 @@ int side_known(const RememberedRim* from, const RememberedRim* to) {
   return a * b < 0 ? 0 : a != 0 ? a : b;
 }
 
+/// From a rim that runs `along` with its material on the left, seen from where its skin faces; unit, or zero where it has no length.
+Vec3 into_material(Vec3 skin, Vec3 along) {
+  const Vec3 into = cross(skin, along);
+  const double length = norm(into);
+  return length > 0 ? (1 / length) * into : Vec3{};
+}
+
 std::int32_t number_of(const Slit& slit, V v) {
   const auto at = std::lower_bound(slit.vertices.begin(), slit.vertices.end(), v,
                                    [](const SlitVertex& s, V id) { return s.vertex < id; });
@@ -224,13 +231,13 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
     const Vec3 p = to_blade(b, body.position[from.index()]), q = to_blade(b, body.position[to.index()]);
     if (!near_blade(b, p, q, std::max(s.radius[from], s.radius[to]), reach)) continue;
     const RememberedRim *known_from = recall_rim(memory, b.tool, from), *known_to = recall_rim(memory, b.tool, to);
-    // Where its material lies says the side of what has just been cut: its other end may be the corner of a strip between two slits.
+    // Where its material lies says the side of what has just been cut: its other end may be the corner of a strip between two slits. Triangles at the tip may be
+    // turned over, so the skin tells it, and which way round the rim runs.
     const bool just_cut = (!known_from && p.x > -wedge_of(b)) || (!known_to && q.x > -wedge_of(b));
     int side = just_cut ? 0 : side_known(known_from, known_to);
     if (side == 0) {
-      const Vec3 along = normalized(q - p),
-                 apex = to_blade(b, body.position[s.to(ContactSurface::next(h)).index()]) - p;
-      const Vec3 into = normalized(apex - dot(apex, along) * along);
+      const Vec3 into =
+          into_material(transposed_times(b.shape->axes, body.offset[from.index()] + body.offset[to.index()]), q - p);
       if (!(std::fabs(into.y) > kBeside)) continue;
       side = into.y > 0 ? 1 : -1;
     }

@@ -274,6 +274,39 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
   }
 }
 
+/// A blade that leans over to its side has more of its edge in the sheet, which rolls a little along with it.
+TEST(EdgeResistance, ALeaningEdgeFeelsItsLengthInside) {
+  constexpr double resistance = 40, way = 0.12, speed = 0.05;  // N/m, m, m/s
+  const Vec3 sheet{0.2, 0.12, 0.003};
+  for (const auto& [lean, within] : {std::pair{0.0, 0.003}, std::pair{0.15, 0.006}, std::pair{0.45, 0.04}}) {
+    Scene scene;
+    scene.material.young = 1e5;
+    scene.cut.resistance = resistance;
+    scene.simulation.time_step = 0.005;
+    scene.simulation.gravity = {};
+    hold_beyond(0.008, scene);
+    SceneRigidTool& blade = scene.tools.emplace_back();
+    blade.id = "blade";
+    blade.kind = SceneToolKind::kScalpel;
+    blade.tip = 0.03;
+    blade.thickness = 0.0005;
+    const Vec3 up{0, -std::sin(lean), std::cos(lean)};
+    blade.rotation = turn_of(Mat3{{Vec3{1, 0, 0}, cross(up, Vec3{1, 0, 0}), up}});
+    blade.position = Vec3{-0.115, 0.001, 0} - 0.015 * up;
+    Session session = slab_session(scene, Mesh::kAutomatic, sheet, 0.005);
+    SceneCommand command;
+    command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, blade.rotation}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    const int last = steps(session, way / speed), first = 3 * last / 10;
+    double sum = 0;
+    for (int i = 0; i < last; ++i) {
+      ASSERT_TRUE(session.step().ok());
+      if (i >= first) sum -= session.tools()[0].force.x;
+    }
+    EXPECT_NEAR(sum / (last - first) / (resistance * sheet.z), 1 / std::cos(lean), within) << lean;
+  }
+}
+
 /// A knife that is pressed flat through a soft slab on a board feels the resistance along all of the slab, and parts it along one line without slivers. Returns false where a strand stays at the
 /// rim: it rolls on its side between knife and board.
 bool press_flat(Mesh mesh, double x, double speed) {
@@ -300,11 +333,12 @@ bool press_flat(Mesh mesh, double x, double speed) {
   command.what = SceneToolMotion{"knife", {{(above - below) / speed, {x, -0.03, below}, kFacingDown}}};
   EXPECT_TRUE(session.apply(command).ok());
   double most = 0;
-  for (int i = 0; i < steps(session, (above - below) / speed + 0.1); ++i) {
+  bool parted = false;  // then it presses what lies under it onto the board
+  for (int i = 0; i < steps(session, (above - below) / speed + 0.1) && !parted; ++i) {
     EXPECT_TRUE(session.step().ok());
     most = std::max(most, session.tools()[0].force.z);
+    parted = session.counts().pieces > 1;
   }
-  const bool parted = session.counts().pieces == 2;
   EXPECT_LE(session.counts().pieces, 2);
   EXPECT_NEAR(test::cut_length(session), kSlab.y, parted ? 0.0005 : kSlab.z) << "a strand is thinner than the slab";
   EXPECT_GT(most, 0.95 * resistance * kSlab.y);
@@ -312,16 +346,14 @@ bool press_flat(Mesh mesh, double x, double speed) {
   return parted;
 }
 
-/// On the mesh that is found by itself nearly all of these part: docs/tools.md says how many.
+/// On the mesh that is found by itself nearly all places part: docs/tools.md says how many.
 TEST(EdgeResistance, AKnifePressedFlatPartsASlabOnABoard) {
   const std::vector<double> places{-0.02, -0.015, -0.01, -0.006, -0.003, 0.001, 0.004, 0.008, 0.012, 0.017};  // m
-  int strands = 0;
   for (const double speed : {0.04, 0.1})
-    for (const double x : places) strands += press_flat(Mesh::kAutomatic, x, speed) ? 0 : 1;
-  EXPECT_LE(strands, 3);
+    for (const double x : places) EXPECT_TRUE(press_flat(Mesh::kAutomatic, x, speed));
 }
 
-/// In quads not all do: docs/tools.md says how many.
+/// Nor do all in quads.
 TEST(EdgeResistance, AKnifePressedFlatPartsASlabOfQuads) {
   for (const double speed : {0.04, 0.1})
     for (const double x : {-0.003, 0.004, 0.012}) EXPECT_TRUE(press_flat(Mesh::kQuads, x, speed));

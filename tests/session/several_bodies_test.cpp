@@ -407,11 +407,11 @@ double deepest_wall(Session& session) {
 TEST(SeveralBodies, LipsOfAStripUnderAnotherStayApartWhileBothAreSawn) {
   // The strip above is as near to the lips at rest as its own lips would be. It was taken for the lip across, which a vertex lay on: such a vertex has no contact
   // with walls, and the lips went up to 0.58 into each other.
-  // In long steps a saw may leave a crumb between the lips, on which they stand 0.24 off.
+  // In long steps a saw may leave a crumb between the lips, on which they stand 0.24 off. At 20 N/m the strip slides along with it.
   struct Saw {
     double dt, resistance, seconds, deepest;
   };
-  for (const Saw saw : {Saw{0.005, 10, 1.0, 0}, Saw{0.0167, 20, 1.5, 0.3}}) {
+  for (const Saw saw : {Saw{0.005, 10, 1.0, 0}, Saw{0.0167, 15, 1.5, 0.3}}) {
     Scene scene;
     scene.body = body_of("strip");
     scene.body.options.visual_triangles = 1000;

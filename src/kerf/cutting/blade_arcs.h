@@ -27,6 +27,13 @@ struct Strip {
   /// shorter counts as that long.
   static Strip make(const BladeEdge& from, const BladeEdge& to, std::span<const Vec3> fronts, double least);
 
+  /// The last place is so many metres farther back.
+  void set_back(double distance) {
+    offset -= distance;
+    base.y -= distance;
+    tip.y -= distance;
+  }
+
   [[nodiscard]] double height(Vec3 p) const { return dot(p - origin, normal); }
   [[nodiscard]] Vec2 local(Vec3 p) const { return {dot(p - origin, along), dot(p - origin, motion)}; }
   /// How far a point is ahead of the edge's last place, and of its new one.

@@ -45,6 +45,10 @@ class Sweep {
       if ((all_wait || !f.in_slit) && !f.along) places.push_back(place(f.end));
     if (old_.empty()) places = met_by(stroke_.edge);
     strip_ = Strip::make(stroke_.edge, to, places, cut::kPathLeastMove * target_.complex.mean_root_edge);
+    double behind = 0;
+    for (const BladeFront& f : old_)
+      if (f.along) behind = std::max(behind, -strip_.ahead_of_last(strip_.local(place(f.end))));
+    strip_.set_back(behind);
     note_done();
     std::vector<BladeArc> arcs = find_all();
     for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find_all();
@@ -143,8 +147,7 @@ class Sweep {
   bool goes_on(const BladeArc& a) const { return is_front(a.begin) && a.end.kind == Kind::kIs; }
 
   std::vector<BladeArc> find_all() {
-    const bool along = std::any_of(old_.begin(), old_.end(),
-                                   [&](const BladeFront& f) { return lies_along(f.end.face, cut::kPathLeans); });
+    const bool along = std::any_of(old_.begin(), old_.end(), [&](const BladeFront& f) { return is_along(f); });
     if (along && !moved_) moved_ = moved_behind();  // of what this move has cut nothing is known
     behind_ = along ? *moved_ : rounding_.carried();
     const std::vector<ArcFront> fronts = seen();
@@ -254,13 +257,11 @@ class Sweep {
     };
     const auto loose = [&](const BladeArc& a) {
       return (is_open(a) && was(a) && !led && !goes_on_there(a)) ||
-             (along && lies_along(is_front(a.begin) ? a.faces.front() : a.faces.back(), cut::kPathLeans));
+             (along && (is_front(a.begin) ? begins_along(a) : lies_along(a.faces.back(), cut::kPathLeans)));
     };
     if (!along && std::none_of(arcs.begin(), arcs.end(), loose)) return;
     Strip longer = strip_;
-    longer.offset -= behind_;
-    longer.base.y -= behind_;
-    longer.tip.y -= behind_;
+    longer.set_back(behind_);
     const std::vector<BladeArc> others = find(longer, fronts);
     std::vector<BladeArc> found;
     const auto add = [&](const BladeArc& arc) {
@@ -268,7 +269,7 @@ class Sweep {
         found.push_back(arc);
     };
     for (const BladeArc& other : others)
-      if (is_front(other.begin) && lies_along(other.faces.front(), cut::kPathLeans)) add(other);
+      if (is_front(other.begin) && begins_along(other)) add(other);
     for (const BladeArc& arc : arcs) {
       if (!loose(arc)) {
         add(arc);
@@ -421,6 +422,11 @@ class Sweep {
                          stroke_.ends.end());
   }
   bool lies_along(const BladeArc& arc) const { return lies_along(arc.faces.back(), cut::kPathFlat); }
+  /// A last strand may roll on its side: what has been cut along the blade stays so.
+  bool is_along(const BladeFront& f) const { return f.along || lies_along(f.end.face, cut::kPathLeans); }
+  bool begins_along(const BladeArc& a) const {
+    return old_[kerf::at(a.begin.front)].along || lies_along(a.faces.front(), cut::kPathLeans);
+  }
   bool lies_along(F face, double cosine) const {
     return kerf::lies_along(mesh(), target_.position, face, strip_.along, cosine);
   }
@@ -462,7 +468,8 @@ class Sweep {
       left_.push_back(middle(arc));
       return;
     }
-    along_ = lies_along(arc.faces.back(), cut::kPathLeans) || lies_along(arc.faces.front(), cut::kPathLeans);
+    along_ = lies_along(arc.faces.back(), cut::kPathLeans) ||
+             (is_front(arc.begin) ? begins_along(arc) : lies_along(arc.faces.front(), cut::kPathLeans));
     note_leaning(arc);
     if (arc.closed) return cut_loop(arc);
     if (arc.begin.kind == Kind::kIs && !arc.crossings.empty()) return cut_to_both_sides(arc);
@@ -665,7 +672,7 @@ class Sweep {
   /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells if
   /// material moves.
   Vec3 way_of(const BladeFront& f) const {
-    if (!(behind_ > 0) || !lies_along(f.end.face, cut::kPathLeans)) return {};
+    if (!(behind_ > 0) || !is_along(f)) return {};
     const Vec3 is = rounding_.rest(f.end);
     for (const V v : {f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{}, f.before})
       if (v.valid() && norm(is - rounding_.rest(v)) > rounding_.feature()) return is - rounding_.rest(v);

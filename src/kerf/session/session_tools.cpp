@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -21,6 +22,7 @@ namespace kerf {
 namespace {
 
 constexpr int kEdgeSamples = 9;    // along an edge at least; a blade is looked at in a few such lines
+constexpr int kHalvings = 8;       // of a sample's distance, where an edge enters the material
 constexpr int kMostSamples = 128;  // along an edge; no nearer to each other than half the half thickness
 constexpr int kScalpelLines = 3, kScissorsLines = 5;
 constexpr double kEdgeFirst = 0.5;  // cosine between forward and the push of what an edge meets
@@ -105,24 +107,34 @@ class Thickness {
     return any;
   }
   /// Calls look(place) for places along a line that lie in the material, or no farther from it than `extra`, as near to each other as the
-  /// material is thick; returns the length that they stand for. What is far from the material is passed over.
+  /// material is thick; returns the length of the line in there. What is far from the material is passed over.
   template <class Look>
   double walk(Vec3 from, Vec3 to, double extra, Look&& look) const {
     const double length = norm(to - from);
     if (empty() || !(length > 0)) return 0;
     const double step = std::clamp(0.5 * thinnest_, length / kMostSamples, length / kEdgeSamples);
-    double inside = 0;
+    const auto place = [&](double at) { return lerp(from, to, at / length); };
+    const auto border = [&](double outside, double in) {
+      for (int i = 0; i < kHalvings; ++i) {
+        const double middle = 0.5 * (outside + in);
+        (holds(place(middle), extra) ? in : outside) = middle;
+      }
+      return 0.5 * (outside + in);
+    };
+    bool in = false;
+    double inside = 0, entered = 0, last = 0;  // m; `last` is where the line was looked at last
     for (double at = 0; at < length + step;) {
       const double here = std::min(at, length);
       Place closest;
-      const double far = clearance(lerp(from, to, here / length), &closest) - extra;
-      if (far <= 0) {
-        look(closest);
-        inside += step;
-      }
+      const double far = clearance(place(here), &closest) - extra;
+      const bool was_in = std::exchange(in, far <= 0);
+      if (in) look(closest);
+      if (in && !was_in) entered = here > 0 ? border(last, here) : 0;
+      if (was_in && !in) inside += border(here, last) - entered;
+      last = here;
       at += std::max(step, far);
     }
-    return std::min(inside, length);
+    return in ? inside + length - entered : inside;
   }
 
  private:
@@ -391,7 +403,10 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   if (resisted && pressed >= pressed_down)  // tip first no face lies across its way along the edge
     passed = passed_along(material, mesh, deformed_collision(), now, forward, blade.width,
                           state.body.complex.mean_root_edge);
-  if (passed) passed = std::max(*passed, fronts_behind(now, forward, blade.width));
+  const bool led = resisted && pressed >= pressed_down &&
+                   std::any_of(state.stroke->blade.ends.begin(), state.stroke->blade.ends.end(),
+                               [](const BladeFront& f) { return f.along; });
+  if (passed || led) passed = std::max(passed.value_or(0), fronts_behind(now, forward, blade.width));
   if (passed) {
     if (*passed > most) {
       state.stroke->blade.edge = now + -*passed * forward;

@@ -901,6 +901,11 @@ TEST(SceneCommandAlone, NamesLines) {
   EXPECT_THAT(command_error_of("type = "), HasSubstr("command:1: "));
   EXPECT_THAT(command_error_of(""), HasSubstr("command:1: [[command]] needs the key \"type\""));
   EXPECT_THAT(command_error_of("type = \"move\"\nid = \"a\""), HasSubstr("move needs either by or to"));
+  EXPECT_EQ(command_error_of("type = \"move\"\nid = \"a\"\nby = [0, 0, 1]\nto = [0, 0, 1]"),
+            "command:4: move has both by and to; leave one of them out");
+  EXPECT_EQ(command_error_of("type = \"remove\"\ngrasp = \"a\"\nsphere = { center = [0, 0, 0], radius = 1 }"),
+            "command:2: remove has both a grasp and a region; leave one of them out");
+  EXPECT_THAT(command_error_of("type = \"remove\""), HasSubstr("remove needs either a grasp or one region"));
 }
 
 }  // namespace

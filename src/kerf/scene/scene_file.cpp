@@ -775,8 +775,9 @@ class SceneReader {
       case 1: command.what = read_one_command<SceneGrasp>(table, where); break;
       case 2:
         command.what = read_one_command<SceneMove>(table, where);
-        if (table.contains("by") == table.contains("to"))
-          problem(line_of(table, {"to", "by"}), "move needs either by or to");
+        if (table.contains("by") && table.contains("to"))
+          problem(line_of(table, {"to", "by"}), "move has both by and to; leave one of them out");
+        else if (!table.contains("by") && !table.contains("to")) problem(line_of(table), "move needs either by or to");
         break;
       case 3: command.what = read_one_command<SceneRelease>(table, where); break;
       case 4: {
@@ -814,8 +815,10 @@ class SceneReader {
       case 13: {
         SceneRemove remove = read_one_command<SceneRemove>(table, where);
         const bool region = table.contains("box") || table.contains("sphere") || table.contains("half_space");
-        if (region == table.contains("grasp"))
-          problem(line_of(table, {"grasp"}), "remove needs either a grasp or one region: box, sphere or half_space");
+        if (region && table.contains("grasp"))
+          problem(line_of(table, {"grasp"}), "remove has both a grasp and a region; leave one of them out");
+        else if (!region && !table.contains("grasp"))
+          problem(line_of(table), "remove needs either a grasp or one region: box, sphere or half_space");
         else if (region) read_region(table, where, remove.region);
         command.what = std::move(remove);
         break;

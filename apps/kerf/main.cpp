@@ -13,6 +13,8 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "command_bench.h"
 #include "command_bind.h"
@@ -27,6 +29,7 @@
 #include "kerf/base/memory_limit.h"
 #include "kerf/base/shown_text.h"
 #include "kerf/mesh/models.h"
+#include "kerf/scene/closest_word.h"
 #include "mesh_folders.h"
 #include "number_checks.h"
 #include "scene_search.h"
@@ -323,6 +326,28 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::optio
 
 /// Says what the machine lacks; false when this is about something else.
 bool say_what_lacks(const std::exception& error) {
+/// What is wrong with a word that stands where a command must; empty: no such word does.
+std::string unknown_command(const CLI::App& app) {
+  const CLI::App* last = &app;
+  std::string before;
+  for (auto chosen = last->get_subcommands(); !chosen.empty(); chosen = last->get_subcommands()) {
+    last = chosen.front();
+    before += last->get_name() + " ";
+  }
+  const std::vector<std::string> words = last->remaining();
+  if (last->get_require_subcommand_min() == 0 || words.empty() || words.front().starts_with('-')) return {};
+  std::vector<std::string> names;
+  for (const CLI::App* command : last->get_subcommands(nullptr)) names.push_back(before + command->get_name());
+  std::vector<std::string_view> known;
+  for (const std::string& name : names) known.push_back(std::string_view(name).substr(before.size()));
+  const std::string_view closest = closest_word(words.front(), known);
+  std::string text = "there is no command \"" + before + words.front() + "\"; ";
+  if (!closest.empty()) return text + "did you mean \"" + before + std::string(closest) + "\"?";
+  text += "there are ";
+  for (const std::string& name : names) text += (&name == &names.front() ? "" : ", ") + name;
+  return text;
+}
+
   const char* lacks = what_lacks(error);
   if (lacks) warn("kerf: {}\n", lacks);
   return lacks != nullptr;
@@ -372,7 +397,9 @@ int main(int argc, char** argv) {
       "  kerf run steak --out out/steak\n"
       "kerf COMMAND --help explains a command with examples.");
   app.failure_message([](const CLI::App* command, const CLI::Error& error) {
-    const CLI::Error printed(error.get_name(), shown(error.what(), kMostOfSentence), error.get_exit_code());
+    const std::string unknown = unknown_command(*command);
+    const CLI::Error printed(error.get_name(), shown(unknown.empty() ? error.what() : unknown, kMostOfSentence),
+                             error.get_exit_code());
     return CLI::FailureMessage::simple(command, printed);  // arguments may hold what only a terminal would understand
   });
   std::function<int()> chosen;

@@ -80,6 +80,19 @@ TEST_F(ProgramTest, BadInputIsStatusTwo) {
   EXPECT_THAT(bad.text, HasSubstr("bad.toml:4: unknown key \"yuong\" in [material]; did you mean \"young\"?"));
 }
 
+TEST_F(ProgramTest, NamesTheCommandThatIsNone) {
+  const std::vector<std::pair<std::string, std::string>> said{
+      {"rnu steak", "kerf: there is no command \"rnu\"; did you mean \"run\"?\n"},
+      {"nonsense",
+       "kerf: there is no command \"nonsense\"; there are run, bind, make, info, cut, view, replay, bench\n"},
+      {"bench papr", "kerf: there is no command \"bench papr\"; did you mean \"bench paper\"?\n"}};
+  for (const auto& [words, why] : said) {
+    const Outcome out = kerf(words);
+    EXPECT_EQ(out.status, 2) << words;
+    EXPECT_THAT(out.text, HasSubstr(why));
+  }
+}
+
 // Whoever names a file could else write lines of the program's, or turn what stands after the name.
 TEST_F(ProgramTest, NamesStayOnOneLine) {
   const std::string name = in("new\nkerf: line\u202e\u2028");

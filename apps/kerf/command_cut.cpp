@@ -94,8 +94,8 @@ Status cut_once(const CutOptions& options, Session& session, RunLog& log) {
         "cut: the blade met nothing between --from and --to. The collision mesh reaches from {:.4g},{:.4g},{:.4g} "
         "to {:.4g},{:.4g},{:.4g} m; --along turns the blade's edge",
         box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z));
-  say("{} collision triangles cut in {:.2f} ms: {} piece{}; results: {}\n", stroke.triangles, 1e3 * stroke.times.total,
-      now.pieces, now.pieces == 1 ? "" : "s", options.out.string());
+  say("{} cut in {:.2f} ms: {}; results: {}\n", counted(stroke.triangles, "collision triangle"),
+      1e3 * stroke.times.total, counted(now.pieces, "piece"), options.out.string());
   return valid;
 }
 

@@ -114,12 +114,12 @@ class Run {
         1e3 * scene_.simulation.time_step, q.median, q.p99);
     for (std::size_t i = 0; i < session_.strokes().size(); ++i) {
       const StrokeRecord& s = session_.strokes()[i];
-      say("  cut {}: {} collision triangles in {:.2f} ms{}\n", i + 1, s.triangles, 1e3 * s.times.total,
-          s.refused > 0 ? fmt::format(", {} steps refused", s.refused) : "");
+      say("  cut {}: {} in {:.2f} ms{}\n", i + 1, counted(s.triangles, "collision triangle"), 1e3 * s.times.total,
+          s.refused > 0 ? fmt::format(", {} refused", counted(s.refused, "step")) : "");
     }
-    say("  {} pieces; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n", now.pieces,
-        now.visual_vertices, now.visual_triangles, now.collision_vertices, now.collision_triangles, now.nodes,
-        now.hexahedra);
+    say("  {}; visual {}/{}, collision {}/{} vertices/triangles, {} nodes, {} hexahedra\n",
+        counted(now.pieces, "piece"), now.visual_vertices, now.visual_triangles, now.collision_vertices,
+        now.collision_triangles, now.nodes, now.hexahedra);
     say_forces();
     if (const auto score = session_.score()) say("  {}\n", score_line(*score));
     say("  results: {}\n", options_.out.string());

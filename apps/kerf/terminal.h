@@ -45,4 +45,10 @@ void warn(fmt::format_string<T...> format, T&&... values) {
   put_values(stderr, format, value_to_print(values)...);
 }
 
+/// "1 piece", "2 pieces".
+template <class Count>
+std::string counted(Count n, std::string_view thing) {
+  return fmt::format("{} {}{}", n, thing, n == 1 ? "" : "s");
+}
+
 }  // namespace kerf::app

@@ -93,6 +93,12 @@ TEST_F(ProgramTest, NamesTheCommandThatIsNone) {
   }
 }
 
+TEST_F(ProgramTest, OneOfAKindIsSingular) {
+  std::ofstream(in("one.toml")) << "[body]\nmodel = \"sheet\"\n[simulation]\nduration = 0.01\n[output]\nmeshes = []\n"
+                                   "animation = false\npicture = false\n";
+  EXPECT_THAT(kerf("run " + in("one.toml") + " -o " + in("x")).text, HasSubstr("  1 piece; visual"));
+}
+
 // Whoever names a file could else write lines of the program's, or turn what stands after the name.
 TEST_F(ProgramTest, NamesStayOnOneLine) {
   const std::string name = in("new\nkerf: line\u202e\u2028");

@@ -83,7 +83,10 @@ class Batch(_core.Batch):
         return rows.view(_records.dtype(name))[:, 0]
 
     def place_blade(self, session: int, base: ArrayLike, tip: ArrayLike) -> None:
-        """Puts the blade of one session somewhere without a cut; its stroke ends. Metres, world. IndexError: the batch has no such session."""
+        """Puts the blade of one session somewhere without a cut; its stroke ends. Metres, world.
+
+        IndexError: the batch has no such session. kerf.Error: the edge has no length.
+        """
         number = _arguments.whole(session, "session", -math.inf)
         if not 0 <= number < len(self):
             raise IndexError(f"the batch has no session {number}; there are {len(self)}, numbered from 0")

@@ -10,6 +10,7 @@
 
 #include "errors.h"
 #include "interrupts.h"
+#include "kerf/cutting/blade_edge.h"
 #include "python_lock.h"
 
 namespace nb = nanobind;
@@ -115,6 +116,7 @@ std::vector<std::pair<std::size_t, std::string>> Batch::turn(const BatchTurn& tu
 void Batch::place_blade(std::size_t session, Vec3 base, Vec3 tip) {
   if (session >= size()) throw nb::index_error("the batch has no session of this number");
   const Use use(busy_);
+  check(check_edge({base, tip}));
   Hand& hand = hands_[session];
   if (hand.stroke != 0 && lives_[session]->stroke_is_open(hand.stroke)) lives_[session]->end_stroke(hand.stroke, true);
   hand = {true, base, tip, 0, lives_[session]->restores()};

@@ -202,6 +202,13 @@ def test_a_session_number_that_is_not_there():
         batch.place_blade(-1, [0, 0, 0], [0, 0, 1])
 
 
+def test_a_blade_without_an_edge_is_not_placed():
+    batch = kerf.Batch([kerf.Session(SHEET)])
+    with pytest.raises(kerf.Error, match="base and tip are the same point"):
+        batch.place_blade(0, [0, 0, 1], [0, 0, 1])
+    assert batch.turn(blade=np.array([[[0, 0, 1], [0, 0, 0.9]]])) == {}
+
+
 def test_others_may_not_use_a_session_meanwhile():
     batch = kerf.Batch([kerf.Session("steak") for _ in range(2)])
     refused = []

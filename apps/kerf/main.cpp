@@ -87,7 +87,7 @@ void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& mem
   command->add_option("--duration", options.duration, "Simulate this many seconds instead of the scene's")
       ->check(CLI::Validator(is_not_negative, ">= 0"));
   command->add_option("--threads", options.threads, "Threads to use; 0: all cores")->check(CLI::Range(0, 1024));
-  command->add_option("--meshes", options.meshes, kMeshesHelp);
+  command->add_option("--meshes", options.meshes, kMeshesHelp)->check(CLI::ExistingDirectory);
   command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
   command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   std::string scenes;
@@ -256,7 +256,7 @@ void add_view(CLI::App& app, ViewOptions& options, std::optional<MemoryLimit>& m
           "one that nobody can guess")
       ->check(CLI::Validator(is_token, "WORD"));
   command->add_option("--page", options.page, "Serve the page from this folder instead of the built-in one");
-  command->add_option("--meshes", options.meshes, kMeshesHelp);
+  command->add_option("--meshes", options.meshes, kMeshesHelp)->check(CLI::ExistingDirectory);
   command->add_option("--dev-origin", options.dev_origin, "One more origin that may connect (page development)");
   command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")
       ->check(CLI::Validator(is_positive, "> 0"));
@@ -281,8 +281,10 @@ void add_replay(CLI::App& app, ReplayOptions& options, std::optional<MemoryLimit
   command->add_option("FILE", options.file, "A recording (.kerfrec)")->required();
   command->add_option("--compare", options.compare,
                       "Repeat this recording too; say where the two first differ, and both scores");
-  command->add_option("--meshes", options.meshes,
-                      "Folder with meshes that were too large to travel in the recording; several times: several");
+  command
+      ->add_option("--meshes", options.meshes,
+                   "Folder with meshes that were too large to travel in the recording; several times: several")
+      ->check(CLI::ExistingDirectory);
   command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   add_memory(command, memory);
   command->footer(
@@ -324,8 +326,6 @@ void add_bench(CLI::App& app, BenchCommand& options, BenchPage& page, std::optio
       "  kerf bench page out/bench/*.json --out results.md");
 }
 
-/// Says what the machine lacks; false when this is about something else.
-bool say_what_lacks(const std::exception& error) {
 /// What is wrong with a word that stands where a command must; empty: no such word does.
 std::string unknown_command(const CLI::App& app) {
   const CLI::App* last = &app;
@@ -348,6 +348,8 @@ std::string unknown_command(const CLI::App& app) {
   return text;
 }
 
+/// Says what the machine lacks; false when this is about something else.
+bool say_what_lacks(const std::exception& error) {
   const char* lacks = what_lacks(error);
   if (lacks) warn("kerf: {}\n", lacks);
   return lacks != nullptr;

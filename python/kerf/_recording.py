@@ -36,9 +36,9 @@ class Recording:
         meshes: folders where mesh files are looked for that were too large to travel in it.
         kerf.Error, with `file`: there is no such file, it is damaged or something else, or it is of another version.
         """
-        file = path_text(path)
+        file, folders = path_text(path), paths_text(meshes)
         try:
-            return cls._of(_core.read_recording(file), paths_text(meshes))
+            return cls._of(_core.read_recording(file), folders)
         except Error as error:
             error.file = error.file or file
             raise

@@ -26,12 +26,18 @@ if TYPE_CHECKING:  # `import kerf` goes without NumPy
 
 
 def paths_text(paths):
-    """Folders as the library can have them: one or several."""
+    """Folders as the library can have them: one or several. kerf.Error: one is not there."""
     if isinstance(paths, (str, os.PathLike)):
         paths = [paths]
     if not isinstance(paths, Iterable):
         raise TypeError(f"meshes must be a folder, or several in a list, not {type(paths).__name__}")
-    return [utf8(os.fsdecode(path)) for path in paths]
+    return [_folder(utf8(os.fsdecode(path))) for path in paths]
+
+
+def _folder(path):
+    if not os.path.isdir(path):
+        raise Error(f"{path}: {'is no folder' if os.path.exists(path) else 'there is no such folder'}; meshes names folders with mesh files")
+    return path
 
 
 class Session(_core.Session):
@@ -40,7 +46,7 @@ class Session(_core.Session):
     scene: the name of a shipped scene (kerf.scenes()) or of a model (kerf.models()), a path to a scene file or to a body
     saved by `kerf bind`, a text in TOML, or a dict with the same keys. A file of that name goes before a shipped scene.
     Or a kerf.Body, which hangs by its far rim; in a dict it is what is bound: {"body": {"bound": body}}.
-    meshes: folders where mesh files are looked for that are not beside the scene.
+    meshes: folders where mesh files are looked for that are not beside the scene. They must exist.
     record: everything that is done to it is noted, for recording(). Every 100 steps then cost a hash of the state.
     scripted: whether the scene's own commands run; shipped scenes have some. kerf.Session("steak") cuts and pulls as it steps, and a blade of the
     scene that begins ends a stroke() that is open. With scripted=False nothing happens that the caller does not do.

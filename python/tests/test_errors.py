@@ -36,6 +36,15 @@ def test_scenes_that_are_none(scene):
         kerf.Session(scene)
 
 
+def test_folders_of_meshes_that_are_none(tmp_path):
+    (tmp_path / "file").touch()
+    for name, words in (("none", "there is no such folder"), ("file", "is no folder")):
+        for meshes in (tmp_path / name, [tmp_path, str(tmp_path / name)]):
+            with pytest.raises(kerf.Error, match=f"{name}: {words}"):
+                kerf.Session("sheet", meshes=meshes)
+    kerf.Session("sheet", meshes=tmp_path)
+
+
 @pytest.mark.parametrize("scene", [5, None, b"steak", ["steak"], {1: 2}, {"body": {"model": object()}}])
 def test_scenes_of_the_wrong_type(scene):
     with pytest.raises(TypeError):

@@ -93,6 +93,14 @@ TEST_F(ProgramTest, NamesTheCommandThatIsNone) {
   }
 }
 
+TEST_F(ProgramTest, FoldersOfMeshesAreThere) {
+  for (const std::string& command : {"run steak -o " + in("x"), std::string("view steak"), std::string("replay x")}) {
+    const Outcome out = kerf(command + " --meshes " + in("none"));
+    EXPECT_EQ(out.status, 2) << command;
+    EXPECT_THAT(out.text, HasSubstr("Directory does not exist: " + in("none"))) << command;
+  }
+}
+
 TEST_F(ProgramTest, OneOfAKindIsSingular) {
   std::ofstream(in("one.toml")) << "[body]\nmodel = \"sheet\"\n[simulation]\nduration = 0.01\n[output]\nmeshes = []\n"
                                    "animation = false\npicture = false\n";

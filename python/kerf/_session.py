@@ -187,7 +187,7 @@ class Session(_core.Session):
     def set_material(self, *, young: float | None = None, poisson: float | None = None, density: float | None = None) -> None:
         """Makes the bodies of something else, from the next step on: pascals, 1, kg/m3. What is not given stays.
 
-        Regions follow where they had the same value. kerf.Error: a material that can't be simulated.
+        Regions follow where they had the same value. kerf.Error: a number that [material] of a scene may not have.
         """
         given = {"young": young, "poisson": poisson, "density": density}
         self._set_material(**{**self.material, **{word: _arguments.number(value, word) for word, value in given.items() if value is not None}})

@@ -450,7 +450,7 @@ TEST_F(ProgramTest, BindTakesTheMaterialsThatScenesTake) {
            {"--poisson=-0.1", "bind: poisson must be at least 0, but is -0.1"},
            {"--young nan", "bind: young must be a finite number, but is nan"},
            {"--young 1e300", "bind: young must be at most 1"},
-           {"--young 0", "bind: young must be more than 0, but is 0"},
+           {"--young 0", "bind: young must be at least 0.001, but is 0"},
            {"--density 1e300", "bind: density must be at most 1"},
            {"--density inf", "bind: density must be a finite number, but is inf"}}) {
     const Outcome out = kerf("bind strip -o " + in("a.kerf") + " " + option);

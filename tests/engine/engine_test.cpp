@@ -594,9 +594,9 @@ TEST(Engine, GravityAndMaterialChangeLive) {
         << table.pages[page].errors.back().text;
     table.pages[page].errors.back().input = 0;
   };
-  refused({1e-300, 0.3, 900}, "from 0.001 to 1e+13 Pa");
-  refused({1e300, 0.3, 900}, "from 0.001 to 1e+13 Pa");
-  refused({50e3, 0.3, 1e300}, "from 0.001 to 1e+06 kg/m3");
+  refused({1e-300, 0.3, 900}, "young must be at least 0.001, but is 1e-300");
+  refused({1e300, 0.3, 900}, "young must be at most 1");
+  refused({50e3, 0.3, 1e300}, "density must be at most 1000000, but is 1e+300");
   EXPECT_EQ(table.engine.session().material().young, 50e3);
   // The recording has none of them: it could not be read.
   const auto recording = parse_recording(recording_text(table.engine.recording()), "test");

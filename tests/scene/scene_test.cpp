@@ -523,8 +523,8 @@ TEST(Scene, WrongTypesAndNumbersNameTheLine) {
   const std::string body = "[body]\nmodel = \"sheet\"\n";
   const auto at3 = [&](const std::string& text) { return error_of(body + text); };
   EXPECT_EQ(at3("[material]\nyoung = \"soft\"\n"), "scene.toml:4: young of [material] must be a number, but is text");
-  EXPECT_EQ(at3("[material]\nyoung = -5\n"), "scene.toml:4: young of [material] must be more than 0, but is -5");
-  EXPECT_EQ(at3("[material]\nyoung = 0\n"), "scene.toml:4: young of [material] must be more than 0, but is 0");
+  EXPECT_EQ(at3("[material]\nyoung = -5\n"), "scene.toml:4: young of [material] must be at least 0.001, but is -5");
+  EXPECT_EQ(at3("[material]\nyoung = 0\n"), "scene.toml:4: young of [material] must be at least 0.001, but is 0");
   EXPECT_EQ(at3("[material]\npoisson = 0.5\n"), "scene.toml:4: poisson of [material] must be at most 0.49, but is 0.5");
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\noptions = { visual_triangle = 3 }\n"),
               HasSubstr("did you mean \"visual_triangles\"?"));

@@ -2,6 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "session/make_session.h"
 
 namespace kerf::session_commands_test {
@@ -127,6 +132,24 @@ TEST(SessionCommands, WhatCouldNeverBeDoneEndsAStep) {
   move.id = "nobody";
   scene.commands = {{0, move}};
   EXPECT_FALSE(test::make(scene).step(1).ok());
+}
+
+TEST(SessionCommands, MaterialsAreThoseThatScenesTake) {
+  auto session = Session::create(sheet());
+  ASSERT_TRUE(session.ok());
+  const Material before = session->material();
+  const std::vector<std::pair<std::array<double, 3>, std::string>> wrong{
+      {{1e-4, 0.3, 1000}, "young must be at least 0.001"},
+      {{1e14, 0.3, 1000}, "young must be at most 1"},
+      {{1e5, 0.5, 1000}, "poisson must be at most 0.49"},
+      {{1e5, 0.3, 1e-4}, "density must be at least 0.001"}};
+  for (const auto& [numbers, why] : wrong) {
+    const Status refused = session->set_material(numbers[0], numbers[1], numbers[2]);
+    ASSERT_FALSE(refused.ok()) << why;
+    EXPECT_THAT(refused.error().message, ::testing::HasSubstr("material: " + why));
+    EXPECT_EQ(session->material().young, before.young);
+  }
+  EXPECT_TRUE(session->set_material(1e-3, 0.49, 1e-3).ok());
 }
 
 TEST(SessionCommands, ABladeMayTurnOverBetweenTwoPoses) {

@@ -12,6 +12,7 @@
 #include "kerf/mesh/base64.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/json_value.h"
+#include "kerf/scene/scene_body.h"
 #include "kerf/scene/scene_limits.h"
 
 namespace kerf {
@@ -93,9 +94,7 @@ Status check_limits(const SessionChange& c) {
     case Kind::kGravity:
       for (std::size_t i = 0; i < 3; ++i) KERF_TRY(range(i, "gravity", "m/s2", -kMostGravity, kMostGravity));
       return {};
-    case Kind::kMaterial:
-      KERF_TRY(range(0, "Young's modulus", "Pa", kLeastYoung, kMostYoung));
-      return range(2, "density", "kg/m3", kLeastDensity, kMostDensity);
+    case Kind::kMaterial: return check_nature({c.values[0], c.values[1], c.values[2], {}}, "material");
     default: return {};
   }
 }

@@ -17,8 +17,8 @@ constexpr SceneRange kPositiveFraction{0, 1, true, true};
 constexpr SceneRange kPlace{-kFarthestPlace, kFarthestPlace, false, false};
 constexpr SceneRange kForce{-kHardestForce, kHardestForce, false, false};
 constexpr SceneRange kAcceleration{-kMostGravity, kMostGravity, false, false};
-constexpr SceneRange kStiffness{0, kMostYoung, true, false};
-constexpr SceneRange kMassPerVolume{0, kMostDensity, true, false};
+constexpr SceneRange kStiffness{kLeastYoung, kMostYoung, false, false};
+constexpr SceneRange kMassPerVolume{kLeastDensity, kMostDensity, false, false};
 constexpr SceneRange kTurn{-100, 100, false, false};  // 16 turns; beyond, digits of the angle are lost
 constexpr SceneRange at_least_one(double max) { return {1, max, false, false}; }
 

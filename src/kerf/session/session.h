@@ -194,7 +194,8 @@ class Session {
   [[nodiscard]] Vec3 gravity() const;
   /// What the body is made of, from the next step on; regions follow where they had the same value. Bad input: a
   /// material that can't be simulated. Costs as much as the matrices of all partly filled cells.
-  Status set_material(double young, double poisson, double density);  ///< pascals, 1, kg/m3
+  /// Pascals, 1, kg/m3. Bad input: a number that [material] of a scene may not have.
+  Status set_material(double young, double poisson, double density);
   [[nodiscard]] Material material() const;
   [[nodiscard]] std::int64_t step_count() const;
 

@@ -1,6 +1,7 @@
 // What a person changes while the session runs: grasps by hand, gravity, material.
 #include <fmt/format.h>
 
+#include "kerf/scene/scene_body.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -41,6 +42,7 @@ Status Session::set_gravity(Vec3 gravity) {
 Vec3 Session::gravity() const { return impl_->step_options.gravity; }
 
 Status Session::set_material(double young, double poisson, double density) {
+  KERF_TRY(check_nature({young, poisson, density, {}}, "material"));
   Impl& s = *impl_;
   const std::span<const Material> all = s.state.model.materials();
   const std::vector<Material> before(all.begin(), all.end());

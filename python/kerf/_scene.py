@@ -11,8 +11,12 @@ SHIPPED = Path(__file__).parent / "share" / "kerf" / "scenes"
 
 
 def scenes() -> list[str]:
-    """Names of the shipped scenes, sorted."""
-    return sorted(path.stem for path in SHIPPED.glob("*.toml"))
+    """Names of the shipped scenes that open as they are, sorted. "trainer-knee" needs meshes that are not part of Kerf."""
+    return sorted(name for name in _shipped() if _core.scene_opens(str(SHIPPED / f"{name}.toml")))
+
+
+def _shipped():
+    return [path.stem for path in SHIPPED.glob("*.toml")]
 
 
 def models() -> list[str]:
@@ -90,7 +94,7 @@ def _of_words(words):
             return _of_file(path)
     except OSError:  # too long for a path
         pass
-    if words in scenes():
+    if words in _shipped():
         return _of_file(SHIPPED / f"{words}.toml")
     if words in models():
         return toml_of({"body": {"model": words}}), words, ""
@@ -98,7 +102,7 @@ def _of_words(words):
         return words, "scene", ""
     if os.sep in words or words.endswith((".toml", ".kerf")):
         return _of_file(path)
-    known = sorted({*scenes(), *models()})
+    known = sorted({*_shipped(), *models()})
     closest = _core.closest_word(utf8(words), known)
     raise Error(f'there is no scene or model "{words}"; ' + (f'did you mean "{closest}"?' if closest else f"there are {', '.join(known)}"))
 

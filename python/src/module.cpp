@@ -12,6 +12,7 @@
 #include "kerf/mesh/models.h"
 #include "kerf/scene/body_scene.h"
 #include "kerf/scene/closest_word.h"
+#include "kerf/scene/scene_file.h"
 #include "python_lock.h"
 
 namespace nb = nanobind;
@@ -45,6 +46,8 @@ NB_MODULE(_core, m) {
         return nb::bytes(text.data(), text.size());
       },
       "file"_a);
+  m.def(
+      "scene_opens", [](const std::string& file) { return read_scene(file).ok(); }, "file"_a);
   m.def(
       "closest_word",
       [](const std::string& word, const std::vector<std::string>& known) {

@@ -29,15 +29,18 @@ class Batch(_core.Batch):
     """
 
     def __init__(self, sessions: Iterable[Session], *, threads: int | None = None) -> None:
+        if hasattr(self, "sessions"):
+            raise TypeError("this batch is made already; make another one")
         if isinstance(sessions, Session) or not isinstance(sessions, Iterable):
             raise TypeError(f"a batch is made of a list of sessions, not of {type(sessions).__name__}")
-        self.sessions: tuple[Session, ...] = tuple(sessions)
-        if not self.sessions:
+        several = tuple(sessions)
+        if not several:
             raise ValueError("a batch holds one session or more")
-        for session in self.sessions:
+        for session in several:
             if not isinstance(session, Session):
                 raise TypeError(f"a batch is made of kerf.Session, not of {type(session).__name__}")
-        super().__init__(list(self.sessions), 0 if threads is None else min(_arguments.whole(threads, "threads", 1), len(self.sessions)))
+        super().__init__(list(several), 0 if threads is None else min(_arguments.whole(threads, "threads", 1), len(several)))
+        self.sessions: tuple[Session, ...] = several
 
     def turn(self, steps: int = 1, *, blade: ArrayLike | None = None, cuts: ArrayLike | None = None, takes: ArrayLike | None = None,
              grasps: Mapping[str, ArrayLike] | None = None, tools: Mapping[str, ArrayLike] | None = None) -> dict[int, str]:

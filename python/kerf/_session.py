@@ -61,6 +61,8 @@ class Session(_core.Session):
 
     def __init__(self, scene: Path | dict[str, Any] | _core.Body, *, meshes: Path | Iterable[Path] = (), record: bool = False,
                  scripted: bool = True) -> None:
+        if hasattr(self, "_records"):
+            raise TypeError("this session is made already; make another one")
         text, name, folder, bodies = source_of(scene)
         self._meshes = paths_text(meshes)
         with naming_keys(text, name):

@@ -202,6 +202,14 @@ def test_a_session_number_that_is_not_there():
         batch.place_blade(-1, [0, 0, 0], [0, 0, 1])
 
 
+def test_a_batch_that_is_made_twice():
+    batch = kerf.Batch([kerf.Session(SHEET)])
+    before = batch.sessions
+    with pytest.raises(TypeError, match="this batch is made already"):
+        batch.__init__([kerf.Session(SHEET), kerf.Session(SHEET)])
+    assert batch.sessions is before and batch.turn() == {}
+
+
 def test_a_blade_without_an_edge_is_not_placed():
     batch = kerf.Batch([kerf.Session(SHEET)])
     with pytest.raises(kerf.Error, match="base and tip are the same point"):

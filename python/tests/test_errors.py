@@ -347,7 +347,7 @@ def test_a_session_that_was_never_made():
 
 def test_a_session_that_is_made_twice(sheet):
     array = sheet.positions
-    with pytest.warns(RuntimeWarning), pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="this session is made already"):
         sheet.__init__("sheet")
     assert np.isfinite(array).all()
     sheet.step()

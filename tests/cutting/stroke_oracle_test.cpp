@@ -191,6 +191,17 @@ TEST_F(StrokeOracle, TurnsAtTheRim) {
     }
 }
 
+// A stroke crosses another one where a third has ended, 0.03 edges before the crossing: only a crumb lay between the tip of its own slit and the lip.
+TEST_F(StrokeOracle, AStrandBesideATipThatThePathPassesIsParted) {
+  Trials trials(sheet);
+  const Stroke ended{{-0.23966087440213671, -0.083333333844259561}, {0.083333333333333329, -0.083334265703975258}},
+      across{{-0.083231331721287397, -0.24174663254440978}, {0.49999943735358882, 0.33333936809781328}},
+      turning{{-0.00033682283603099668, 0.1666666748761183},
+              {0.25000208954459707, -0.24999999123228775},
+              {-0.25000000205688272, 0.25999645795963428}};
+  for (const int poses : {1, 3, 30, 40, 80}) trials.expect_pieces({ended, across, turning}, 2, poses);
+}
+
 // The path turns on the rim, at a vertex, into the other side of its own slit.
 TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) {
   Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1);

@@ -543,6 +543,7 @@ class Sweep {
                                               : opening_.made().back());
         before = before_last();
       } else if (opening_.only_crumbs() && stops.back().border(mesh()).valid()) {
+        part_strand(begin, stops.back());
         begin = stops.back();  // between two borders nothing but crumbs is left
         before = {};
       } else {
@@ -557,6 +558,27 @@ class Sweep {
     BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};
     finder_.note(f);
     stroke_.ends.push_back(std::move(f));
+  }
+
+  /// A tip that a path begins at is parted from the nearest corner or tip that the path passes on its way to its end.
+  void part_strand(const Stop& begin, const Stop& end) {
+    if (begin.kind != Stop::Kind::kVertex) return;
+    const Vec3 from = mesh().rest[begin.vertex], to = rounding_.rest(end);
+    V nearest;
+    double least = norm(to - from);
+    mesh().for_each_outgoing(begin.vertex, [&](H h) {
+      for (const V v : {mesh().to(h), mesh().apex(h)}) {
+        const H e = mesh().find_half_edge(begin.vertex, v),
+                there = e.valid() ? e : mesh().find_half_edge(v, begin.vertex);
+        const Vec3 x = mesh().rest[v];
+        const double far = norm(x - from);
+        const bool passed = dot(x - from, to - from) > 0 && distance_to_segment(x, from, to) < rounding_.near();
+        if (!passed || far >= least || !mesh().on_border(v) || mesh().is_border(there)) continue;
+        least = far, nearest = v;
+      }
+      return true;
+    });
+    if (nearest.valid() && opening_.open_if_possible(std::array{begin, Stop::at_vertex(nearest)})) dirty_ = true;
   }
 
   /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.

@@ -21,6 +21,18 @@ using Stop = CutStop;
 bool PathOpening::divided(F f) const { return std::find(divided_.begin(), divided_.end(), f) != divided_.end(); }
 
 bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed) {
+  const UncutPath uncut = attempt(stops, drawn, closed);
+  if (uncut.reason == UncutReason::kNone || only_crumbs_) return uncut.reason == UncutReason::kNone;
+  ++refused_;
+  if (uncut_.reason == UncutReason::kNone) uncut_ = uncut;
+  return false;
+}
+
+bool PathOpening::open_if_possible(std::span<const Stop> stops) {
+  return attempt(stops, {}, false).reason == UncutReason::kNone;
+}
+
+UncutPath PathOpening::attempt(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed) {
   begin();
   ground_.cut.drawn = drawn;
   const std::size_t flips = ground_.cut.scratch.flip_stack.size();
@@ -50,13 +62,10 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
   if (reason != UncutReason::kNone) {
     journal_rollback(ground_.cut.body, mark_);
     ground_.cut.scratch.flip_stack.resize(std::min(flips, ground_.cut.scratch.flip_stack.size()));
-    if (only_crumbs_) return false;
-    ++refused_;
-    if (uncut_.reason == UncutReason::kNone) uncut_ = {reason, at};
-    return false;
+  } else {
+    end();
   }
-  end();
-  return true;
+  return {reason, at};
 }
 
 UncutReason PathOpening::open_made() {

@@ -27,6 +27,8 @@ class PathOpening {
   /// Makes the vertices of a path, whose neighbours share a face each, and opens what lies between, but for edges that hold a crumb (crumb.h). `closed`: the last stop is
   /// the first. False: refused as degenerate, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
   bool open(std::span<const CutStop> stops, std::span<const Vec3> drawn, bool closed = false);
+  /// The same for what need not be cut: a refusal is not counted.
+  bool open_if_possible(std::span<const CutStop> stops);
   [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
   /// The last path was not made, as only crumbs would have come off.
   [[nodiscard]] bool only_crumbs() const { return only_crumbs_; }
@@ -43,6 +45,7 @@ class PathOpening {
 
  private:
   CollisionMesh& mesh() const { return ground_.cut.body.collision; }
+  UncutPath attempt(std::span<const CutStop> stops, std::span<const Vec3> drawn, bool closed);
   UncutReason open_made();
   UncutReason unlink_all();
   [[nodiscard]] double made_length() const;  // metres

@@ -191,6 +191,16 @@ TEST_F(StrokeOracle, TurnsAtTheRim) {
     }
 }
 
+// Where the path leaves the rim it crosses an edge, and has a slit of its own from there on: the join to the rim was forgotten.
+TEST_F(StrokeOracle, ATurnOnTheRimBesideAnEdgeIsJoinedToIt) {
+  Trials trials(sheet);
+  const Stroke stroke{{-0.20483093993673268, 0.022828930626305977},
+                      {0.49999999802904982, -0.33333333333333331},
+                      {-0.16061656387886095, -0.5},
+                      {5.1916656318229364e-09, -0.33333333333333331}};
+  for (const int poses : {1, 40, 200, 400}) trials.expect_pieces({stroke}, 2, poses);
+}
+
 // A stroke crosses another one where a third has ended, 0.03 edges before the crossing: only a crumb lay between the tip of its own slit and the lip.
 TEST_F(StrokeOracle, AStrandBesideATipThatThePathPassesIsParted) {
   Trials trials(sheet);

@@ -79,7 +79,7 @@ void FrontFinder::note(BladeFront& f) const {
     if (const Stop there = rounding_.on_border(foot.border, foot.fraction); rounding_.is_near(there, x))
       f.start = there;
     f.trail.clear();
-    f.touch.reset();
+    if (f.touch) f.touch->needed = false;
   } else if (f.trail.empty() || norm(x - f.trail.back()) > trail_step_) {
     f.trail.push_back(x);
   }

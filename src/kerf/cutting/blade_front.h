@@ -20,6 +20,8 @@ namespace kerf {
 struct BladeTouch {
   RestPoint at;
   Vec3 border;  ///< the point of the border, at rest
+  bool needed =
+      true;  ///< false: the path has gone back into its own slit since, and is joined to it only where it can be
 };
 
 /// Where the cut has got to in one layer, on the mesh without what is provisional: inside a face that its path began in or came into.

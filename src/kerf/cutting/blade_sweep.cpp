@@ -330,7 +330,7 @@ class Sweep {
       BladeFront until = f;
       if (leaves) until.end = f.touch->at, (void)finder_.locate(until);
       const std::size_t vertices = mesh().vertex_count();
-      const PathEnd end = make_end(until);
+      const PathEnd end = make_end(until, !leaves || f.touch->needed);
       const Stop start = !end.made
                              ? f.start
                              : Stop::at_vertex(leaves ? finder_.twin_towards(end.vertex, vertices, f.end) : end.vertex);
@@ -578,7 +578,7 @@ class Sweep {
       }
       return true;
     });
-    if (nearest.valid() && opening_.open_if_possible(std::array{begin, Stop::at_vertex(nearest)})) dirty_ = true;
+    if (nearest.valid() && opening_.open_if_possible(std::array{begin, Stop::at_vertex(nearest)}, {})) dirty_ = true;
   }
 
   /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.
@@ -661,8 +661,8 @@ class Sweep {
     bool made = false;       // something was cut; else the front's start, or a vertex beside it
     bool on_border = false;  // not its own lip
   };
-  /// Cuts up to where a front's blade is, or to a border near it.
-  PathEnd make_end(const BladeFront& f) {
+  /// Cuts up to where a front's blade is, or to a border near it. `needed`: what can't be cut is a refusal.
+  PathEnd make_end(const BladeFront& f, bool needed = true) {
     along_ = f.along;
     const PathEnd stay{f.start.kind == Stop::Kind::kVertex ? f.start.vertex : f.start.a, f.before};
     BladeArc arc;
@@ -681,7 +681,9 @@ class Sweep {
     std::vector<Stop> stops =
         rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
     go_round_edge(stops, arc.faces.front(), f.trail);
-    return open(stops, drawn_) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
+    if (needed ? !open(stops, drawn_) : !opening_.open_if_possible(stops, drawn_)) return stay;
+    dirty_ = true;
+    return {opening_.made().back(), before_last(), true, joined};
   }
 
   /// Has the stroke come back to where it began? Then that is where it ends, whatever runs beside it.

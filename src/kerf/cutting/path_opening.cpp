@@ -28,8 +28,8 @@ bool PathOpening::open(std::span<const Stop> stops, std::span<const Vec3> drawn,
   return false;
 }
 
-bool PathOpening::open_if_possible(std::span<const Stop> stops) {
-  return attempt(stops, {}, false).reason == UncutReason::kNone;
+bool PathOpening::open_if_possible(std::span<const Stop> stops, std::span<const Vec3> drawn) {
+  return attempt(stops, drawn, false).reason == UncutReason::kNone;
 }
 
 UncutPath PathOpening::attempt(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed) {

@@ -28,7 +28,7 @@ class PathOpening {
   /// the first. False: refused as degenerate, and nothing is changed. `made()`: the vertices. `drawn`: where the blade was, in order, at rest.
   bool open(std::span<const CutStop> stops, std::span<const Vec3> drawn, bool closed = false);
   /// The same for what need not be cut: a refusal is not counted.
-  bool open_if_possible(std::span<const CutStop> stops);
+  bool open_if_possible(std::span<const CutStop> stops, std::span<const Vec3> drawn);
   [[nodiscard]] const std::vector<CollisionVertex>& made() const { return made_; }
   /// The last path was not made, as only crumbs would have come off.
   [[nodiscard]] bool only_crumbs() const { return only_crumbs_; }

@@ -278,7 +278,7 @@ SceneKeys<SceneCut> scene_keys<SceneCut>() {
        "",
        {0, kMostDust, false, false},
        false,
-       "Share of the uncut body's volume: a loose piece below it is swept up when the stroke that cut it off ends. 0 leaves every piece."},
+       "Share of the uncut body's volume: a loose piece below it is swept up when the stroke that cut it off ends. 0 leaves every piece. Pieces of open sheets have no volume, and stay."},
       {"resistance", member<&T::resistance>(), "N/m", kNotNegative, false,
        "Force of the material on a tool's edge while it cuts, per metre of edge inside; pressed less, the edge only "
        "pushes. Blade commands don't feel it."},

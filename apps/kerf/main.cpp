@@ -339,6 +339,7 @@ std::string unknown_command(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* command : last->get_subcommands(nullptr)) names.push_back(before + command->get_name());
   std::vector<std::string_view> known;
+  known.reserve(names.size());
   for (const std::string& name : names) known.push_back(std::string_view(name).substr(before.size()));
   const std::string_view closest = closest_word(words.front(), known);
   std::string text = "there is no command \"" + before + words.front() + "\"; ";

@@ -578,7 +578,7 @@ class Sweep {
       }
       return true;
     });
-    if (nearest.valid() && opening_.open_if_possible(std::array{begin, Stop::at_vertex(nearest)}, {})) dirty_ = true;
+    if (nearest.valid()) (void)open(std::array{begin, Stop::at_vertex(nearest)}, {}, false, false);
   }
 
   /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.
@@ -626,8 +626,8 @@ class Sweep {
     }
   }
 
-  bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false) {
-    if (!opening_.open(stops, drawn, closed)) return false;
+  bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false, bool needed = true) {
+    if (!(needed ? opening_.open(stops, drawn, closed) : opening_.open_if_possible(stops, drawn))) return false;
     if (leads_ && along_ && !stroke_.through)
       for (std::size_t i = 1; i < opening_.made().size(); ++i) {
         // What crosses the blade is cut at one place of the edge only, and says nothing of others.
@@ -681,9 +681,7 @@ class Sweep {
     std::vector<Stop> stops =
         rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
     go_round_edge(stops, arc.faces.front(), f.trail);
-    if (needed ? !open(stops, drawn_) : !opening_.open_if_possible(stops, drawn_)) return stay;
-    dirty_ = true;
-    return {opening_.made().back(), before_last(), true, joined};
+    return open(stops, drawn_, false, needed) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
   }
 
   /// Has the stroke come back to where it began? Then that is where it ends, whatever runs beside it.

@@ -22,7 +22,6 @@ namespace kerf {
 namespace {
 
 constexpr int kEdgeSamples = 9;    // along an edge at least; a blade is looked at in a few such lines
-constexpr int kHalvings = 8;       // of a sample's distance, where an edge enters the material
 constexpr int kMostSamples = 128;  // along an edge; no nearer to each other than half the half thickness
 constexpr int kScalpelLines = 3, kScissorsLines = 5;
 constexpr double kEdgeFirst = 0.5;  // cosine between forward and the push of what an edge meets
@@ -115,7 +114,7 @@ class Thickness {
     const double step = std::clamp(0.5 * thinnest_, length / kMostSamples, length / kEdgeSamples);
     const auto place = [&](double at) { return lerp(from, to, at / length); };
     const auto border = [&](double outside, double in) {
-      for (int i = 0; i < kHalvings; ++i) {
+      for (int i = 0; i < kBorderHalvings; ++i) {
         const double middle = 0.5 * (outside + in);
         (holds(place(middle), extra) ? in : outside) = middle;
       }
@@ -400,13 +399,13 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     motion.press = kept * (into + beside) + std::min(0.0, pressed) * forward + std::min(0.0, pressed_down) * down;
   // Along a sheet no front says where the edge was, and the mean press says nothing of a place: what lies uncut behind the edge, in the plane of its blade, has been passed.
   std::optional<double> passed;
-  if (resisted && pressed >= pressed_down)  // tip first no face lies across its way along the edge
+  if (resisted && pressed >= pressed_down) {  // tip first no face lies across its way along the edge
     passed = passed_along(material, mesh, deformed_collision(), now, forward, blade.width,
                           state.body.complex.mean_root_edge);
-  const bool led = resisted && pressed >= pressed_down &&
-                   std::any_of(state.stroke->blade.ends.begin(), state.stroke->blade.ends.end(),
-                               [](const BladeFront& f) { return f.along; });
-  if (passed || led) passed = std::max(passed.value_or(0), fronts_behind(now, forward, blade.width));
+    const std::vector<BladeFront>& ends = state.stroke->blade.ends;
+    if (passed || std::any_of(ends.begin(), ends.end(), [](const BladeFront& f) { return f.along; }))
+      passed = std::max(passed.value_or(0), fronts_behind(now, forward, blade.width));
+  }
   if (passed) {
     if (*passed > most) {
       state.stroke->blade.edge = now + -*passed * forward;

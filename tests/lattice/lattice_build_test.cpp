@@ -297,6 +297,27 @@ TEST(LatticeBuild, ATipInAFaceOfTheLatticeOpensTheFace) {
   }
 }
 
+TEST(LatticeBuild, ASliverHangsOnTheCellThatItLiesAgainst) {
+  // A slit 0.02 above and below a plane of cells, its tip within a cell: cells ahead of the tip are as full as those across the plane.
+  for (const double shift : {-0.02, 0.02}) {
+    CollisionMesh mesh = grid_body(48, 24, 12, 6, 1);
+    cut_through(mesh, line({0, 3, 0}, {4.25, 3, 0}, 17));
+    const auto hex = build_lattice(mesh, unit_cells({0, shift < 0 ? shift : shift - 1, -0.5}, {12, 7, 1}), 72);
+    ASSERT_TRUE(hex.ok());
+    EXPECT_TRUE(validate_lattice(mesh, *hex).ok());
+    int slivers = 0;
+    for (const HexId h : ids<HexId>(hex->hex_count())) {
+      if (!(hex->material[h].fill < 0.025) || hex->cell[h][0] > 4) continue;
+      const LatticeIndex sliver = hex->cell[h], host = hex->cell[hex->host[h]];
+      if (sliver[1] == 0 || sliver[1] == 6) continue;  // of the body's own sides
+      ++slivers;
+      EXPECT_EQ(host[0], sliver[0]) << shift << " at " << sliver[0];
+      EXPECT_EQ(host[1], sliver[1] + (shift < 0 ? -1 : 1)) << shift << " at " << sliver[0];
+    }
+    EXPECT_EQ(slivers, 5);
+  }
+}
+
 TEST(LatticeBuild, ModelsHaveThePapersLatticesAndKeepTheirVolume) {
   struct Expected {
     const char* name;

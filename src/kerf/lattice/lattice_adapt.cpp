@@ -1201,7 +1201,7 @@ class Adapter {
   }
 
   template <class Fn>
-  void for_each_linked(HexId x, Fn&& f) {  // copies behind the six faces of x
+  void for_each_linked(HexId x, Fn&& f) {  // copies behind the six faces of x, with the face's axis and side
     const LatticeIndex c = hex_.cell[x];
     for (int axis = 0; axis < 3; ++axis)
       for (const int side : {0, 1}) {
@@ -1209,26 +1209,46 @@ class Adapter {
         low[at(axis)] -= side;
         if (!hex_.contains(low)) continue;
         for (const HexLink& l : hex_.links_of(HexMesh::face(hex_.cell_id(low), axis)))
-          if (l[at(side)] == x) f(l[at(1 - side)]);
+          if (l[at(side)] == x) f(l[at(1 - side)], axis, side);
       }
   }
 
   /// Who absorbs copy x, given what became of the copies before it in the order; none: it stays.
+  ///
+  ///     +-----------+-----------+
+  ///     |           |           |      x, a sliver along its lower face, hangs on what lies below:
+  ///     |           |           |      there it is carried as it lies. From the right it would be
+  ///     |xxxxxxxxxxx|           |      the far end of a long lever.
+  ///     +-----------+-----------+
+  ///     |  its host |           |
   HexId absorber_of(HexId x) {
     if (hex_.material[x].fill >= kAbsorbedFill) return {};
     const auto stays = [&](HexId y) { return !before(y, x) || !hex_.absorber[y].valid(); };
+    const Vec3 centre = centre_of(hex_.weights[x]), cell = hex_.frame_of(x).cell;
     auto& near = s_.neighbours;
     near.clear();
-    for_each_linked(x, [&](HexId y) {
-      if (stays(y)) near.push_back(y);
+    HexId best;
+    double best_far = 0;
+    for_each_linked(x, [&](HexId y, int axis, int side) {
+      if (!stays(y)) return;
+      near.push_back(y);
+      const double far = cell[axis] * (side == 0 ? 1 - centre[axis] : 1 + centre[axis]);
+      if (best.valid()) {
+        const double own = hex_.material[y].fill * best_far, its = hex_.material[best].fill * far;
+        if (own < its || (own == its && !before(y, best))) return;
+      }
+      best = y, best_far = far;
     });
     if (near.empty()) return {};
-    HexId best = near[0];
-    for (const HexId y : near) {
-      const double fill = hex_.material[y].fill, most = hex_.material[best].fill;
-      if (fill > most || (fill == most && before(y, best))) best = y;
-    }
     return near.size() == 1 || are_connected_without(x, stays) ? best : HexId{};
+  }
+
+  /// Of the material with these weights, in local coordinates; the cell's where it is next to none.
+  static Vec3 centre_of(const std::array<double, 27>& weights) {
+    double sum = 0;
+    Vec3 moment;
+    for (std::size_t i = 0; i < 27; ++i) sum += weights[i], moment += weights[i] * quadrature_points()[i];
+    return sum > 0 ? (1 / sum) * moment : Vec3{};
   }
 
   /// Do those behind the faces of x, which are in `neighbours`, hang together by copies that share a node with x and stay?

@@ -120,6 +120,20 @@ TEST(RestingEdge, CutsAsOneThatMoves) {
     }
 }
 
+/// A blade that feels a resistance stretches the last strand before the rim, and is past the rim before that gives way.
+TEST(RestingEdge, ALedBladePartsTheStrandThatItStretches) {
+  struct Row {
+    double dt, resistance;  // s, N/m
+  };
+  for (const Row& row : {Row{0.0009, 19}, Row{0.0009, 20}, Row{0.0009, 21}, Row{0.001, 20}, Row{0.001, 21},
+                         Row{0.0011, 20}, Row{0.0011, 22}, Row{0.002, 19}, Row{0.002, 22}, Row{0.0021, 32},
+                         Row{0.0036, 25.4}, Row{0.00132747, 18.3362}}) {
+    const Session session = come_together(row.dt, row.resistance, 0.045, false);
+    EXPECT_EQ(session.counts().pieces, 2) << row.dt << " " << row.resistance;
+    EXPECT_NEAR(cut_length(session), 0.024, 0.0015) << row.dt << " " << row.resistance;
+  }
+}
+
 TEST(RestingEdge, PressesBelowTheResistance) {
   for (const double dt : kSteps) {
     Session session = come_together(dt, 1e5, 0.01, true);

@@ -7,6 +7,7 @@
 #include "kerf/base/at.h"
 #include "kerf/cutting/blade_arcs.h"
 #include "kerf/cutting/blade_front.h"
+#include "kerf/cutting/passed_rim.h"
 #include "kerf/cutting/path_opening.h"
 #include "kerf/cutting/path_rounding.h"
 #include "kerf/cutting/tolerances.h"
@@ -164,6 +165,35 @@ class Sweep {
     return arcs;
   }
 
+  /// The arc of a front that has been pushed past the rim ahead of it: it ends there.
+  std::optional<BladeArc> arc_to_passed_rim(std::size_t i) const {
+    const V tip = old_[i].start.vertex;
+    const H rim = passed_rim(mesh(), target_.position, tip, strip_.along);
+    if (!rim.valid()) return std::nullopt;
+    const double from = strip_.height(at(mesh().from(rim))), to = strip_.height(at(mesh().to(rim)));
+    if (!(from * to < 0)) return std::nullopt;
+    BladeArc arc;
+    const F face = CollisionMesh::face(rim);
+    arc.faces = {face};
+    const auto set_end = [&](ArcEnd& end, H h, double fraction) {
+      end.point = {face, {}};
+      for (const int k : kCorners) {
+        const V v = mesh().from(CollisionMesh::corner(face, k));
+        end.point.weights[kerf::at(k)] = v == mesh().from(h) ? 1 - fraction : v == mesh().to(h) ? fraction : 0;
+      }
+    };
+    set_end(arc.begin, CollisionMesh::next(rim), 1);
+    arc.begin.kind = Kind::kFront;
+    arc.begin.front = static_cast<int>(i);
+    arc.end.border = rim;
+    arc.end.fraction = from / (from - to);
+    set_end(arc.end, rim, arc.end.fraction);
+    arc.begin.depth = strip_.local(at(tip)).x;
+    arc.end.depth = strip_.local(lerp(at(mesh().from(rim)), at(mesh().to(rim)), arc.end.fraction)).x;
+    arc.first = 0;
+    return arc;
+  }
+
   /// Lips that come apart draw the tip of their cut along. The arc of its front may then lead back to them, and that of the blade begin where the edge was:
   /// what lies between them was passed.
   void tie(std::vector<BladeArc>& arcs) const {
@@ -177,7 +207,12 @@ class Sweep {
                    ? !rounding_.same_lip(f.start, a.end.border, rounding_.rest(f.start), rounding_.rest(stop_of(a.end)))
                    : a.end.kind != Kind::kWas;
       };
-      if (f.in_slit || f.start.kind != Stop::Kind::kVertex || std::any_of(arcs.begin(), arcs.end(), leads)) continue;
+      if (f.start.kind != Stop::Kind::kVertex || std::any_of(arcs.begin(), arcs.end(), leads)) continue;
+      if (const auto arc = arc_to_passed_rim(i)) {
+        std::erase_if(arcs, [&](const BladeArc& a) { return is_of(a.begin); });
+        arcs.push_back(*arc);
+        continue;
+      }
       const BladeArc* nearest = nullptr;
       BladeArc tied;
       double least = cut::kTied * target_.complex.mean_root_edge;

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "kerf/contact/segment_queries.h"
+#include "kerf/cutting/passed_rim.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/session/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
@@ -411,8 +412,9 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
       state.stroke->blade.edge = now + -*passed * forward;
       KERF_TRY(move_blade(now));
     }
-  } else if (gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
-             passes_fronts(now, way)) {
+  } else if ((gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
+              passes_fronts(now, way)) ||
+             is_past_rim(now)) {
     KERF_TRY(move_blade(now));
   }
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
@@ -433,6 +435,14 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
     any = true;
   }
   return !any;
+}
+
+bool Session::Impl::is_past_rim(const BladeEdge& now) {
+  const std::vector<CollisionVertex>& fronts = state.stroke->blade.fronts;
+  const Vec3 along = normalized(now.tip - now.base);
+  return std::any_of(fronts.begin(), fronts.end(), [&](CollisionVertex v) {
+    return passed_rim(state.body.complex.collision, deformed_collision(), v, along).valid();
+  });
 }
 
 double Session::Impl::fronts_behind(const BladeEdge& now, Vec3 into, double reach) {

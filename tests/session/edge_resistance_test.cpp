@@ -146,9 +146,10 @@ TEST(EdgeResistance, WhatTheKnifeFeelsTheBoardGets) {
 
 constexpr Vec3 kSlab{0.08, 0.04, 0.005};  // m
 
-enum class Mesh { kQuads, kAutomatic };
+enum class Mesh { kQuads, kOpen, kAutomatic };
 
-/// With a slab of that size about the origin for a body, drawn in quads; its collision mesh is of the same, or found by itself.
+/// With a slab of that size about the origin for a body, drawn in quads; its collision mesh is of the same, or found by itself. An open
+/// one is its own mid-surface, its diagonals all one way.
 Session slab_session(Scene scene, Mesh mesh, Vec3 slab = kSlab, double quad = 0.004) {
   const int nx = static_cast<int>(std::lround(slab.x / quad)), ny = static_cast<int>(std::lround(slab.y / quad));
   const models::PlanarMesh side = models::quad_grid(
@@ -156,13 +157,20 @@ Session slab_session(Scene scene, Mesh mesh, Vec3 slab = kSlab, double quad = 0.
       [&](int i, int j) {
         return Vec2{(static_cast<double>(i) / nx - 0.5) * slab.x, (static_cast<double>(j) / ny - 0.5) * slab.y};
       },
-      [&](int i, int j) { return models::alternating_split(i, j, nx, ny); });
+      [&](int i, int j) {
+        return mesh == Mesh::kOpen ? models::QuadSplit::kSlash : models::alternating_split(i, j, nx, ny);
+      });
   models::ThickShape shape;
   shape.top = [&](std::size_t) { return slab.z / 2; };
   shape.bottom = [&](std::size_t) { return -slab.z / 2; };
   const auto folder = TemporaryFolder::create();
   EXPECT_TRUE(folder.ok());
   scene.body.visual = (folder->path() / "visual.ply").string();
+  if (mesh == Mesh::kOpen) {
+    EXPECT_TRUE(write_ply(scene.body.visual, models::flat_surface(side)).ok());
+    scene.body.thickness = slab.z;
+    return make(scene);
+  }
   EXPECT_TRUE(write_ply(scene.body.visual, models::thicken(side, shape)).ok());
   if (mesh == Mesh::kQuads) {
     scene.body.collision = (folder->path() / "collision.ply").string();
@@ -271,6 +279,46 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
     }
     EXPECT_NEAR(sum / felt, resistance * sheet.z, (row.young > 1e5 ? 0.04 : 0.01) * resistance * sheet.z);
     EXPECT_LT(most, row.most * resistance * sheet.z);
+  }
+}
+
+/// The same in a stiff sheet, along a plane of its hexahedra and beside it. What lies between slit and plane is next to nothing and hangs on the
+/// hexahedron across the plane; the tip belongs to both lips, so none of them is drawn across the blade.
+TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
+  constexpr double resistance = 40, way = 0.22, speed = 0.05;  // N/m, m, m/s
+  const Vec3 sheet{0.2, 0.12, 0.003};
+  for (const double y : {0.0, 0.012}) {
+    Scene scene;
+    scene.material.young = 1e6;
+    scene.cut.resistance = resistance;
+    scene.simulation.time_step = 0.005;
+    scene.simulation.gravity = {};
+    hold_beyond(0.045, scene);
+    SceneRigidTool& blade = scene.tools.emplace_back();
+    blade.id = "blade";
+    blade.kind = SceneToolKind::kScalpel;
+    blade.position = {-0.13, y, -0.0125};
+    blade.thickness = 0.0005;
+    Session session = slab_session(scene, Mesh::kOpen, sheet, 0.0182);
+    SceneCommand command;
+    command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, {}}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    double sum = 0, aside = 0;
+    int felt = 0;
+    const int last = steps(session, way / speed);
+    for (int i = 0; i < last; ++i) {
+      const auto step = session.step();
+      ASSERT_TRUE(step.ok());
+      const Vec3 force = session.tools()[0].force;
+      EXPECT_LT(std::fabs(force.y), 2) << "N, at " << session.tools()[0].place.position.x;
+      EXPECT_LE(step->parts, 2) << "nothing is thrown; at " << session.tools()[0].place.position.x;
+      if (i < 0.2 * last) continue;  // then the blade is well in the sheet
+      sum -= force.x;
+      aside += std::fabs(force.y);
+      ++felt;
+    }
+    EXPECT_NEAR(sum / felt, resistance * sheet.z, 0.04 * resistance * sheet.z) << y;
+    EXPECT_LT(aside / felt, 2 * resistance * sheet.z) << y;
   }
 }
 

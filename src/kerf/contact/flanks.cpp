@@ -97,6 +97,7 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
 /// A place of a rim: a vertex, or between the two ends of an edge.
 struct RimPlace {
   SurfacePoint where;
+  CollisionHalfEdge lip;
   Vec3 local, offset;  ///< in the blade's frame
   std::array<double, 2> beside{}, deep{};
   double open = 0;
@@ -144,6 +145,7 @@ void hand_out_wall(const Blade& b, const ContactName& name, const RimPlace& p, V
     Contact c;
     c.gap = end == 0 ? low_gap : high_gap;
     c.a = p.where;
+    c.lip = p.lip;
     c.a.lift = end == 0 ? low : high;
     c.tool = b.tool;
     c.normal = b.shape->axes * normal;
@@ -244,7 +246,7 @@ void find_slit(const SurfaceState& body, const Blade& b, const DetectMemory& mem
     // Deep at first sight: the far border of a strip beside the slit.
     const double deep = -(0.5 * b.thickness + b.stray);
     if ((!known_from && side * p.y < deep) || (!known_to && side * q.y < deep)) continue;
-    slit.edges.push_back({h, 0, 0, side});
+    slit.edges.push_back({h, 0, 0, side, {}, {}});
     for (const auto& [v, x] : {std::pair(from, p), std::pair(to, q)})
       slit.vertices.push_back({v, side, 0, x, transposed_times(b.shape->axes, body.offset[v.index()]), {}, 1, {}});
   }
@@ -295,13 +297,17 @@ void detect_flanks(const SurfaceState& body, const Blade& b, Slit& slit, DetectM
   for (const SlitEdge& e : slit.edges) {
     const SlitVertex &from = slit.vertices[static_cast<std::size_t>(e.from)],
                      &to = slit.vertices[static_cast<std::size_t>(e.to)];
+    const Vec3 p = from.local + e.from_shift, q = to.local + e.to_shift;
     name.feature = e.edge.value;
     name.other_feature = 0;
     for (const double station : {-wedge, -b.width}) {
       ++name.other_feature;
-      if ((from.local.x < station) == (to.local.x < station)) continue;
-      const double t = (station - from.local.x) / (to.local.x - from.local.x);
-      touch_flank(b, name, e.side, place_between(body, e.side, from, to, t), contacts);
+      if ((p.x < station) == (q.x < station)) continue;
+      const double t = (station - p.x) / (q.x - p.x);
+      RimPlace place = place_between(body, e.side, from, to, t);
+      place.local = lerp(p, q, t);
+      place.lip = e.edge;
+      touch_flank(b, name, e.side, place, contacts);
     }
   }
   let_through(s, b, first_contact, memory.flanks, contacts);

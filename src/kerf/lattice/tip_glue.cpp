@@ -53,6 +53,21 @@ TipCopies tip_copies(const HexMesh& hex, TipId id) {
   return {copy_beside(hex, tip, tip.left, 1), copy_beside(hex, tip, tip.right, -1)};
 }
 
+TipCopies copies_of_lips(const HexMesh& hex, CollisionVertex tip, Vec3 rest_point) {
+  TipCopies nearest;
+  double least = HUGE_VAL;
+  for (TipId id = hex.vertex_tip[tip]; id.valid(); id = hex.tips[id].next_of_vertex) {
+    const TipCopies copies = tip_copies(hex, id);
+    if (!copies.left.valid() || !copies.right.valid()) continue;
+    const Vec3 local = hex.local(copies.left, rest_point);
+    const double far = std::max({std::fabs(local.x), std::fabs(local.y), std::fabs(local.z)});
+    if (!(far < least)) continue;
+    least = far;
+    nearest = {hex.host[copies.left], hex.host[copies.right]};
+  }
+  return nearest;
+}
+
 void tip_glue(const HexMesh& hex, std::vector<TipGlue>& out) {
   out.clear();
   for (const TipId id : ids<TipId>(hex.tips.size())) {

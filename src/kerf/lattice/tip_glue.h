@@ -24,6 +24,8 @@ struct TipCopies {
   HexId left, right;
 };
 TipCopies tip_copies(const HexMesh& hex, TipId tip);
+/// Those that carry the left and the right lip to a vertex where a slit ends, in the cell that it lies nearest to.
+TipCopies copies_of_lips(const HexMesh& hex, CollisionVertex tip, Vec3 rest_point);
 
 /// All springs, ordered by tip and corner. A tip that splits nothing has none. Cost: linear in the tips there ever were.
 void tip_glue(const HexMesh& hex, std::vector<TipGlue>& out);

@@ -11,6 +11,7 @@
 #include "kerf/contact/segment_queries.h"
 #include "kerf/contact/sunk_walls.h"
 #include "kerf/contact/surface_offsets.h"
+#include "kerf/lattice/tip_glue.h"
 #include "kerf/mechanics/rigid_tools.h"
 
 namespace kerf {
@@ -201,12 +202,36 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
   }
 }
 
+/// What carries a vertex: a copy, and where the vertex is in it.
+struct Carrier {
+  HexId copy;
+  Vec3 local;
+};
+
+/// Of a vertex as a lip has it. A tip's cell is split ahead of it too, so what carries the tip follows one of its lips and not the other:
+///
+///         left lip
+///     ------------___
+///      blade >       o  the tip, as the left copy has it
+///     ________----- o   and as the right one has it
+///         right lip
+Carrier carrier_of(const Body& body, CollisionVertex v, CollisionHalfEdge lip) {
+  const Carrier own{body.embedding.collision[v], body.embedding.collision_local[v]};
+  if (!lip.valid()) return own;
+  const Vec3 rest = body.complex.collision.rest[v];
+  const TipCopies tip = copies_of_lips(body.hex, v, rest);
+  if (!tip.left.valid()) return own;
+  const HexId copy = body.complex.collision.to(lip) == v ? tip.left : tip.right;
+  return {copy, body.hex.local(copy, rest)};
+}
+
 /// Weights of a cell's corners in vertex v's place, displaced by lift times its offset (surface_offsets.h), four at a time.
-CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex v, double lift) {
-  const Vec3 local = body.embedding.collision_local[v];
+CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex v, const Carrier& carrier,
+                         double lift) {
+  const Vec3 local = carrier.local;
   CornerWeights w = corner_weights(local);
   if (lift == 0) return w;
-  const LatticeFrame& frame = body.hex.frame_of(body.embedding.collision[v]);
+  const LatticeFrame& frame = body.hex.frame_of(carrier.copy);
   const Vec3 o = transposed_times(frame.axes, c.surface.offset[v]);
   const Vec3 d{2 * o.x / frame.cell.x, 2 * o.y / frame.cell.y, 2 * o.z / frame.cell.z};
   const CornerWeights plus = corner_weights(local + d), minus = corner_weights(local - d);
@@ -215,16 +240,18 @@ CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex
   return w;
 }
 
-/// Adds the entries of a surface point, times sign. Nodes that are there already get the sum.
-void add_point(const Body& body, const SurfacePoint& point, double sign, std::int32_t first, ContactStep& c) {
+/// Adds the entries of a surface point, on a lip or none, times sign. Nodes that are there already get the sum.
+void add_point(const Body& body, const SurfacePoint& point, CollisionHalfEdge lip, double sign, std::int32_t first,
+               ContactStep& c) {
   auto& entries = c.set.entries;
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    const CornerWeights w = weights_of(body, c, v, point.lift);
+    const Carrier carrier = carrier_of(body, v, lip);
+    const CornerWeights w = weights_of(body, c, v, carrier, point.lift);
     const double scale = sign * point.weight[k];
     const Lanes weights[2] = {scale * w.low, scale * w.high};
-    const auto& nodes = body.hex.nodes[body.embedding.collision[v]];
+    const auto& nodes = body.hex.nodes[carrier.copy];
     for (std::size_t i = 0; i < 8; ++i) {
       std::int32_t& slot = c.node_slot[nodes[i].index()];
       if (slot < first) {
@@ -249,16 +276,52 @@ double freedom(const Body& body, CollisionVertex a, CollisionVertex b) {
 }
 
 /// The copy that all vertices of a point hang on, or none.
-HexId common_copy(const Body& body, const SurfacePoint& point) {
+HexId common_copy(const Body& body, const SurfacePoint& point, CollisionHalfEdge lip) {
   HexId copy;
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    const HexId own = body.embedding.collision[v];
+    const HexId own = carrier_of(body, v, lip).copy;
     if (copy.valid() && copy != own) return {};
     copy = own;
   }
   return copy;
+}
+
+/// A tip lies in the middle between where its lips have it.
+void place_tips(const Body& body, const RigidShape& frame, ContactStep& c) {
+  const auto shift_of = [&](CollisionVertex v, CollisionHalfEdge lip) {
+    const Carrier carrier = carrier_of(body, v, lip);
+    if (carrier.copy == body.embedding.collision[v]) return Vec3{};
+    const CornerWeights w = corner_weights(carrier.local);
+    const auto& nodes = body.hex.nodes[carrier.copy];
+    Lanes at = all_lanes(0);
+    for (std::size_t i = 0; i < 8; ++i)
+      at += (i < 4 ? w.low[i] : w.high[i - 4]) * load_lanes(c.nodes[nodes[i].index()].now);
+    return transposed_times(frame.axes, vec_of(at) - c.positions[v.index()]);
+  };
+  for (SlitEdge& e : c.slit.edges) {
+    const SlitVertex &from = c.slit.vertices[static_cast<std::size_t>(e.from)],
+                     &to = c.slit.vertices[static_cast<std::size_t>(e.to)];
+    if (from.side == 0) e.from_shift = shift_of(from.vertex, e.edge);
+    if (to.side == 0) e.to_shift = shift_of(to.vertex, e.edge);
+  }
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(c.slit.vertices.size()); ++i) {
+    SlitVertex& tip = c.slit.vertices[static_cast<std::size_t>(i)];
+    if (tip.side != 0) continue;
+    const auto for_each_shift = [&](auto&& f) {
+      for (SlitEdge& e : c.slit.edges) {
+        if (e.from == i) f(e.from_shift);
+        if (e.to == i) f(e.to_shift);
+      }
+    };
+    Vec3 sum;
+    int lips = 0;
+    for_each_shift([&](const Vec3& shift) { sum += shift, ++lips; });
+    const Vec3 mean = (1.0 / lips) * sum;
+    tip.local += mean;
+    for_each_shift([&](Vec3& shift) { shift = shift - mean; });
+  }
 }
 
 }  // namespace
@@ -288,6 +351,7 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
     blade.speed = greatest_speed(tool);
     blade.step = h;
     find_slit(surface, blade, memory, c.slit);
+    place_tips(body, frame, c);
     for (SlitVertex& v : c.slit.vertices)
       if (v.facing.valid()) v.freedom = freedom(body, v.vertex, v.facing);
     detect_flanks(surface, blade, c.slit, memory, c.contacts);
@@ -306,10 +370,10 @@ void make_contact_rows(const Body& body, ContactStep& c) {
     row.key = contact.key;
     row.first = static_cast<std::int32_t>(c.set.entries.size());
     const bool other_body = contact.b.vertex[0].valid();
-    add_point(body, contact.a, 1, row.first, c);
-    if (other_body) add_point(body, contact.b, -1, row.first, c);
+    add_point(body, contact.a, contact.lip, 1, row.first, c);
+    if (other_body) add_point(body, contact.b, {}, -1, row.first, c);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
-    if (!other_body) row.cell = common_copy(body, contact.a);
+    if (!other_body) row.cell = common_copy(body, contact.a, contact.lip);
     else row.push_speed = kPushRadii * c.surface.largest_radius;
     row.normal = contact.normal;
     row.gap = contact.gap;
@@ -342,7 +406,7 @@ void add_edge_rows(const Body& body, const MechanicsState& state, std::span<cons
     SurfacePoint at;
     at.vertex[0] = press.vertex;
     at.weight[0] = 1;
-    add_point(body, at, 1, row.first, c);
+    add_point(body, at, {}, 1, row.first, c);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
     row.rigid = press.tool;
     row.arm = tool.axes * press.local;

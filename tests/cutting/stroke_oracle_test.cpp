@@ -212,6 +212,40 @@ TEST_F(StrokeOracle, AStrandBesideATipThatThePathPassesIsParted) {
   for (const int poses : {1, 3, 30, 40, 80}) trials.expect_pieces({ended, across, turning}, 2, poses);
 }
 
+// A turn is cut to its corner, to within a minimum feature, however many poses the stroke has: the way back passes over the way there before it is seen to turn.
+TEST_F(StrokeOracle, AnAcuteTurnIsCutToItsCorner) {
+  const double feature = sheet.options.minimum_feature * edge(), side = 3 * edge();
+  const CollisionMesh& mesh = sheet.body.collision;
+  for (const int poses : {20, 200, 1000})
+    for (const double degrees : {5.0, 11.0, 30.0, 60.0})
+      for (int k = 0; k < 12; ++k) {
+        const double way = 0.7 * k, back = way + degrees * kPi / 180;
+        const Vec2 corner{0.1 + 0.18 * edge() * std::cos(2.4 * k), 0.07 + 0.18 * edge() * std::sin(2.4 * k)};
+        sheet.make_whole();
+        sheet.cut({corner + side * Vec2{std::cos(way), std::sin(way)}, corner,
+                   corner + side * Vec2{std::cos(back), std::sin(back)}},
+                  poses);
+        double nearest = HUGE_VAL;
+        for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
+          if (mesh.on_border(v))
+            nearest = std::min(nearest, std::hypot(mesh.rest[v].x - corner.x, mesh.rest[v].y - corner.y));
+        EXPECT_LT(nearest, feature) << poses << " poses, " << degrees << " degrees, " << k;
+      }
+}
+
+// So what passes the corner beside it parts what lies between.
+TEST_F(StrokeOracle, AStrokePastTheCornerOfATurn) {
+  Trials trials(sheet);
+  for (const int poses : {40, 100, 150, 199, 200, 201, 300, 400})
+    trials.expect_pieces({{{0.63286306239221657, 0.074415241917905856},
+                           {0.30637631811125687, -0.14801021012988613},
+                           {0.66990131864586533, 0.0066385851973268795}},
+                          {{0.23279696622063156, 0.26224265278771647},
+                           {0.32226130561597799, -0.23464652533210512},
+                           {0.62694925422180803, 0.16793014727872624}}},
+                         5, poses);
+}
+
 // The path turns on the rim, at a vertex, into the other side of its own slit.
 TEST_F(StrokeOracle, ATurnOnTheRimBackOverItsOwnSlit) {
   Trials(sheet).expect_pieces({{{-0.25, -0.25}, {0.5, -0.35}, {0, -0.5}, {0.35, 0.15}}}, 3, 1);

@@ -352,8 +352,12 @@ class Sweep {
         }
       }
       const double tolerance = target_.options.path_tolerance * target_.complex.mean_root_edge;
-      const bool turned = std::any_of(f.trail.begin(), f.trail.end(),
-                                      [&](Vec3 p) { return distance_to_segment(p, from, to) > tolerance; });
+      // In its slit a front forgets its trail.
+      const Vec3 chord = rounding_.is_near(f.start, to) ? from : to;
+      const auto off = [&](Vec3 p) { return distance_to_segment(p, from, chord); };
+      const auto farthest =
+          std::max_element(f.trail.begin(), f.trail.end(), [&](Vec3 p, Vec3 q) { return off(p) < off(q); });
+      const bool turned = farthest != f.trail.end() && off(*farthest) > tolerance;
       const Vec3 last = rounding_.rest(stop_of(arc.end));
       const bool returns =
           arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
@@ -363,15 +367,29 @@ class Sweep {
       const bool leaves = f.touch && (returns || goes_on || is_far(distance_to_segment(f.touch->border, f.came, last)));
       if (!leaves && !turned) continue;
       BladeFront until = f;
-      if (leaves) until.end = f.touch->at, (void)finder_.locate(until);
+      std::vector<Vec3> trail;
+      bool came_back = !leaves && dot(*farthest - is, is - from) > 0;
+      if (leaves) {
+        until.end = f.touch->at, (void)finder_.locate(until);
+      } else if (came_back) {
+        until.end.at = planar_of(mesh(), f.end.face, *farthest);
+        came_back = finder_.locate(until);
+        if (came_back) {
+          trail.assign(farthest + 1, f.trail.end());
+          until.trail.assign(f.trail.begin(), farthest);
+        } else {
+          until.end = f.end;
+        }
+      }
       const std::size_t vertices = mesh().vertex_count();
+      const Vec3 came = rounding_.rest(until.end);
       const PathEnd end = make_end(until, !leaves || f.touch->needed);
       const Stop start = !end.made
                              ? f.start
                              : Stop::at_vertex(leaves ? finder_.twin_towards(end.vertex, vertices, f.end) : end.vertex);
-      f = {start, end.before, f.end, rounding_.rest(until.end), false, {}, {}, f.beside, f.along};
-      if (end.on_border) finder_.note(f);
-      else f.trail.push_back(rounding_.rest(f.end));
+      f = {start, end.before, f.end, came, false, std::move(trail), {}, f.beside, f.along};
+      if (end.on_border || came_back) finder_.note(f);
+      else if (norm(is - came) > 0) f.trail.push_back(is);  // a place that comes twice bends the drawn curve
       bent = true;
     }
     for (BladeFront& f : old_)

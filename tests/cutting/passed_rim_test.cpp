@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
 #include "kerf/binding/collision_mesh_build.h"
 
-namespace kerf {
+namespace kerf::passed_rim_test {
 namespace {
 
 /// A hexagon about a tip; its first side is a rim, as are the others of its border.
@@ -55,4 +58,4 @@ TEST(PassedRim, IsTheOneThatTheTipIsBeyond) {
 }
 
 }  // namespace
-}  // namespace kerf
+}  // namespace kerf::passed_rim_test

@@ -1,5 +1,6 @@
 #include "kerf/lattice/tip_glue.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "kerf/lattice/lattice_tolerances.h"

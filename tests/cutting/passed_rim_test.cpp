@@ -10,7 +10,7 @@
 namespace kerf::passed_rim_test {
 namespace {
 
-/// A hexagon about a tip; its first side is a rim, as are the others of its border.
+/// A hexagon about a tip. The side between 1 and 2 is a rim; a ring of faces goes on beyond the others.
 ///
 ///       2 ----- 1
 ///      /  \   /  \          0: the tip

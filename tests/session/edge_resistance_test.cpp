@@ -189,6 +189,23 @@ void hold_beyond(double distance, Scene& scene) {
   }
 }
 
+constexpr double kScalpel = 0.0005;  // m thick
+
+/// Without weight, steps of 5 ms: a scalpel "blade" is the only tool, and what lies farther than so many metres beside y = 0 is held.
+Scene scalpel_scene(double young, double resistance, double held_beyond) {
+  Scene scene;
+  scene.material.young = young;
+  scene.cut.resistance = resistance;
+  scene.simulation.time_step = 0.005;
+  scene.simulation.gravity = {};
+  hold_beyond(held_beyond, scene);
+  SceneRigidTool& blade = scene.tools.emplace_back();
+  blade.id = "blade";
+  blade.kind = SceneToolKind::kScalpel;
+  blade.thickness = kScalpel;
+  return scene;
+}
+
 /// A blade stands upright in a slab and goes through it from the side: it feels the resistance times the thickness, however soft the slab is.
 TEST(EdgeResistance, AnUprightBladeFeelsResistanceTimesThickness) {
   struct Row {
@@ -236,27 +253,19 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
     double held_beyond, young, start, y;  // m, Pa, m, m
     double most;  // of resistance times thickness, in a step, from the rim on: what it meets it feels a step longer
   };
-  constexpr double resistance = 40, way = 0.12, speed = 0.05, thickness = 0.0005;  // N/m, m, m/s, m
+  constexpr double resistance = 40, way = 0.12, speed = 0.05;  // N/m, m, m/s
   const Vec3 small{0.2, 0.12, 0.003}, large{0.3, 0.2, 0.005};
   // In the last one the slit has a spur at first: a corner between two slits belongs to both sides.
   for (const Row& row : {Row{small, 0.045, 1e5, -0.105, -0.02, 1.3}, Row{small, 0.045, 1e5, -0.105, -0.007, 1.3},
                          Row{small, 0.045, 1e5, -0.105, 0.005, 1.3}, Row{large, 0.08, 3e5, -0.155, 0.02, 2.3}}) {
     SCOPED_TRACE(row.y);
     const Vec3 sheet = row.sheet;
-    Scene scene;
-    scene.material.young = row.young;
-    scene.cut.resistance = resistance;
-    scene.simulation.time_step = 0.005;
-    scene.simulation.gravity = {};
-    hold_beyond(row.held_beyond, scene);
-    SceneRigidTool& blade = scene.tools.emplace_back();
-    blade.id = "blade";
-    blade.kind = SceneToolKind::kScalpel;
+    Scene scene = scalpel_scene(row.young, resistance, row.held_beyond);
+    SceneRigidTool& blade = scene.tools[0];
     blade.position = {row.start, row.y, -0.010};
     blade.tip = 0.02;
-    blade.thickness = thickness;
     Session session = slab_session(scene, Mesh::kAutomatic, sheet, 0.005);
-    EXPECT_GT(session.body().complex.mean_root_edge, 30 * thickness);
+    EXPECT_GT(session.body().complex.mean_root_edge, 30 * kScalpel);
     SceneCommand command;
     command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, {}}}};
     ASSERT_TRUE(session.apply(command).ok());
@@ -288,17 +297,9 @@ TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
   constexpr double resistance = 40, way = 0.22, speed = 0.05;  // N/m, m, m/s
   const Vec3 sheet{0.2, 0.12, 0.003};
   for (const double y : {0.0, 0.012}) {
-    Scene scene;
-    scene.material.young = 1e6;
-    scene.cut.resistance = resistance;
-    scene.simulation.time_step = 0.005;
-    scene.simulation.gravity = {};
-    hold_beyond(0.045, scene);
-    SceneRigidTool& blade = scene.tools.emplace_back();
-    blade.id = "blade";
-    blade.kind = SceneToolKind::kScalpel;
+    Scene scene = scalpel_scene(1e6, resistance, 0.045);
+    SceneRigidTool& blade = scene.tools[0];
     blade.position = {-0.13, y, -0.0125};
-    blade.thickness = 0.0005;
     Session session = slab_session(scene, Mesh::kOpen, sheet, 0.0182);
     SceneCommand command;
     command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, {}}}};
@@ -327,17 +328,9 @@ TEST(EdgeResistance, ALeaningEdgeFeelsItsLengthInside) {
   constexpr double resistance = 40, way = 0.12, speed = 0.05;  // N/m, m, m/s
   const Vec3 sheet{0.2, 0.12, 0.003};
   for (const auto& [lean, within] : {std::pair{0.0, 0.003}, std::pair{0.15, 0.006}, std::pair{0.45, 0.045}}) {
-    Scene scene;
-    scene.material.young = 1e5;
-    scene.cut.resistance = resistance;
-    scene.simulation.time_step = 0.005;
-    scene.simulation.gravity = {};
-    hold_beyond(0.008, scene);
-    SceneRigidTool& blade = scene.tools.emplace_back();
-    blade.id = "blade";
-    blade.kind = SceneToolKind::kScalpel;
+    Scene scene = scalpel_scene(1e5, resistance, 0.008);
+    SceneRigidTool& blade = scene.tools[0];
     blade.tip = 0.03;
-    blade.thickness = 0.0005;
     const Vec3 up{0, -std::sin(lean), std::cos(lean)};
     blade.rotation = turn_of(Mat3{{Vec3{1, 0, 0}, cross(up, Vec3{1, 0, 0}), up}});
     blade.position = Vec3{-0.115, 0.001, 0} - 0.015 * up;

@@ -97,8 +97,8 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
 /// A place of a rim: a vertex, or between the two ends of an edge.
 struct RimPlace {
   SurfacePoint where;
-  CollisionHalfEdge lip;
-  Vec3 local, offset;  ///< in the blade's frame
+  CollisionHalfEdge lip;  ///< as in Contact
+  Vec3 local, offset;     ///< in the blade's frame
   std::array<double, 2> beside{}, deep{};
   double open = 0;
   Vec3 travel;  ///< world

@@ -38,8 +38,8 @@ struct SlitEdge {
   CollisionHalfEdge edge;
   std::int32_t from = 0, to = 0;  ///< numbers of its ends in Slit::vertices
   int side = 0;
-  Vec3 from_shift,
-      to_shift;  ///< m, in the blade's frame: from a tip to where this lip has it. Whoever knows what carries them fills it in
+  /// m, in the blade's frame: from a tip to where this lip has it, at each end. Whoever knows what carries them fills it in.
+  Vec3 from_shift, to_shift;
 };
 struct Slit {
   std::vector<SlitVertex> vertices;  ///< by id

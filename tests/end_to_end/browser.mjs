@@ -90,6 +90,8 @@ export async function openPage(url, viewport) {
 export const ready = (page) => page.waitForFunction(() => window.kerf?.state().ready && window.kerf.state().frames > 5, null, { timeout: 60000 });
 export const state = (page) => page.evaluate(() => window.kerf.state());
 export const until = (page, test, arg) => page.waitForFunction(test, arg, { timeout: 90000 });
+/** Waits for a scene: its body is drawn, and no dialog keeps the keys. */
+export const sceneShows = (page, name) => until(page, (n) => window.kerf.state().scene === n && window.kerf.state().ready && !document.querySelector('dialog[open]'), name);
 export const rest = (page, p) => page.evaluate((q) => window.kerf.pickRest(...q), p);
 /** A line in the window through the places of two rest points and beyond them by a part of its length, less where a panel would lie under its end. */
 export async function line(page, a, b, beyond = 0.25) {

@@ -1,7 +1,7 @@
 // How tissue looks in lite, the quality of machines without graphics, judged by pixels (see browser.mjs):
 //   node tests/end_to_end/looks.mjs PROGRAM [OUT [PART OF A NAME...]]
 import assert from 'node:assert/strict';
-import { check as checkOn, drag, finish, openPage, settled, startServer, state, still, until } from './browser.mjs';
+import { check as checkOn, drag, finish, openPage, sceneShows, settled, startServer, state, still, until } from './browser.mjs';
 
 const server = await startServer('steak-on-a-board');
 const page = await openPage(`${server.url}&ui=0`);
@@ -158,7 +158,7 @@ await check('the wall of a fresh cut is darker than when it has dried', async ()
 
 await check('through the arthroscope a joint is around, and what is looked at is neither dark nor washed out', async () => {
   await page.evaluate(() => window.kerf.app.command(8, [0], 'trainer'));
-  await until(page, () => window.kerf.state().scene === 'trainer' && window.kerf.state().ready);
+  await sceneShows(page, 'trainer');
   await page.mouse.move(5, 300);
   await page.keyboard.press('q');
   await until(page, () => window.kerf.state().scopeOn);

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { check as checkOn, difference, drag, finish, line, openPage, out, rest, squareFile, startServer, state, stopServer, until, viewer } from './browser.mjs';
+import { check as checkOn, difference, drag, finish, line, openPage, out, rest, sceneShows, squareFile, startServer, state, stopServer, until, viewer } from './browser.mjs';
 
 /** Each check begins with the steak, whatever became of the one before. */
 const check = (name, use) => checkOn(name, () => page, async () => {
@@ -166,8 +166,7 @@ await check('a dialog tells its own trouble, in words of its fields', async () =
   assert.match(await text('upload-error'), /number above 0/);
   await page.fill('#upload-thickness', '1,5 %');
   await page.keyboard.press('Enter');
-  await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
-  await until(page, () => !document.getElementById('upload').open);
+  await sceneShows(page, 'cloth');
 });
 
 await check('a million triangles dropped show how far they are, then a body that is cut', async () => {
@@ -326,7 +325,7 @@ await check('scenes are chosen from six tiles, the others under More', async () 
   await page.screenshot({ path: join(out, 'tiles.png') });
   await page.keyboard.press('Tab');
   await page.click('#tiles [data-scene="tube"]');
-  await until(page, () => window.kerf.state().scene === 'tube' && window.kerf.state().ready);
+  await sceneShows(page, 'tube');
   assert.equal(await page.evaluate(() => document.getElementById('scenes').open), false);
   assert.match(await text('scene-title'), /Tube/);
   await page.keyboard.press('/');

@@ -1,7 +1,7 @@
 // Strokes come whole, however busy page and engine are (see browser.mjs):
 //   node tests/end_to_end/strokes.mjs PROGRAM [OUT [PART OF A NAME...]]
 import assert from 'node:assert/strict';
-import { check as checkOn, finish, openPage, ready, rest, settled, startServer, state, stopServer, until } from './browser.mjs';
+import { check as checkOn, finish, openPage, ready, rest, sceneShows, settled, startServer, state, stopServer, until } from './browser.mjs';
 
 const check = (name, use) => checkOn(name, () => page, use);
 const server = await startServer('steak');
@@ -132,7 +132,7 @@ await check('a circle is cut as a circle: no corner that an eye can see', async 
 
 await check('a stroke from near one rim to near the other parts the body, of a finger from farther away', async () => {
   await page.evaluate(() => { window.kerf.app.command(8, [], 'sheet'); });
-  await until(page, () => window.kerf.state().scene === 'sheet' && window.kerf.state().ready);
+  await sceneShows(page, 'sheet');
   await page.keyboard.press('r');  // flat
   await until(page, () => !window.kerf.state().playing && window.kerf.state().time === 0);
   await page.mouse.move(5, 300);

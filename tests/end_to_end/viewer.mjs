@@ -5,7 +5,7 @@ import { spawn } from 'node:child_process';
 import { writeFileSync } from 'node:fs';
 import net from 'node:net';
 import { join } from 'node:path';
-import { check as checkOn, cpuSeconds, difference, drag, errors, finish, line, openPage, out, program, ready, rest, settled, squareFile, startServer, state, still, stopServer, until } from './browser.mjs';
+import { check as checkOn, cpuSeconds, difference, drag, errors, finish, line, openPage, out, program, ready, rest, sceneShows, settled, squareFile, startServer, state, still, stopServer, until } from './browser.mjs';
 
 const check = (name, use) => checkOn(name, () => page, use);
 const report = {};
@@ -197,7 +197,7 @@ await check('a second button, a pen, and a finger beside it', async () => {
 
 await check('another scene, a recording that replays to the same bits', async () => {
   await page.evaluate(() => { window.kerf.app.command(8, [], 'meniscus'); });
-  await until(page, () => window.kerf.state().scene === 'meniscus' && window.kerf.state().ready);
+  await sceneShows(page, 'meniscus');
   await page.waitForTimeout(1000);
   await page.evaluate(() => {
     window.recorded = null;
@@ -230,7 +230,8 @@ await check('another scene, a recording that replays to the same bits', async ()
 
 await check('a bite, a shave and a piece taken away in the trainer, with a score', async () => {
   await page.evaluate(() => { window.kerf.app.command(8, [], 'trainer'); });
-  await until(page, () => window.kerf.state().scene === 'trainer' && window.kerf.state().ready && window.kerf.state().score);
+  await sceneShows(page, 'trainer');
+  await until(page, () => window.kerf.state().score !== null);
   await page.waitForTimeout(500);
   assert.equal((await state(page)).score.lesionRemoved, 0);
   // The lesion is drawn: red at its place, not beside it.
@@ -315,7 +316,7 @@ await check('own meshes are loaded and cut', async () => {
   await page.setInputFiles('#files', [file('cloth.obj', squareFile(40)), file('cloth_collision.obj', squareFile(6))]);
   await page.fill('#upload-thickness', '0.02');
   await page.click('#upload-go');
-  await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
+  await sceneShows(page, 'cloth');
   assert.equal(await page.evaluate(() => document.getElementById('scene-title').textContent), 'cloth');
   // It hangs by its far rim and swings: cut as it lies at the start.
   await page.keyboard.press('Space');
@@ -345,7 +346,7 @@ await check('an open sheet alone is asked for its thickness, a picture is refuse
   await until(page, () => document.getElementById('upload').open);
   await page.fill('#upload-thickness', '2');
   await page.click('#upload-go');
-  await until(page, () => window.kerf.state().scene === 'cloth' && window.kerf.state().ready);
+  await sceneShows(page, 'cloth');
 });
 
 await check('a tool led by the pointer presses on a body that lies on a board', async () => {
@@ -385,7 +386,7 @@ await check('measurements: latency, traffic, CPU (reported, not judged)', async 
   // The panels cover such a small window: the pointer goes through them.
   await page.addStyleTag({ content: 'body * { pointer-events: none !important } #view { pointer-events: auto !important }' });
   await page.evaluate(() => { window.kerf.app.command(8, [], 'steak'); });
-  await until(page, () => window.kerf.state().scene === 'steak' && window.kerf.state().ready);
+  await sceneShows(page, 'steak');
   await page.waitForTimeout(1500);
   const pid = server.child.pid;
   const [cpu, frames, time] = [cpuSeconds(pid), (await state(page)).frames, Date.now()];

@@ -250,10 +250,8 @@ export class App implements EngineEvents {
     this.engine.have(state.body, state.version);
     this.pending = null;
     const look = info?.look ?? 'steak';
-    // Opened files may have the name of those before.
-    const shown = JSON.stringify([info?.name, info?.opened, info?.box]),
-      same = this.shownScene === shown && this.drawing.ready;
-    this.shownScene = shown;
+    const same = this.bodyShown && this.drawing.ready;
+    this.shownScene = this.sceneKey();
     if (!same && this.stage.scopeOn) this.setScope(false); // another scene opens in its own view
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     if (!same) this.ownView = false;
@@ -277,6 +275,15 @@ export class App implements EngineEvents {
     this.counts = null;
     this.touch(true);
     this.drawing.compile();
+  }
+
+  /** Opened files may have the name of those before. */
+  private sceneKey(): string {
+    return JSON.stringify([this.info?.name, this.info?.opened, this.info?.box]);
+  }
+  /** A scene is announced first; its body follows. */
+  get bodyShown(): boolean {
+    return this.shownScene === this.sceneKey();
   }
 
   /** What a scene does is watched from where it is seen well, and its body worked on in the view of all bodies. A person's own view stays. */

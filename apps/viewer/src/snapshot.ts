@@ -38,7 +38,7 @@ export function snapshot(app: App): Record<string, unknown> {
     bodies: app.bodies,
     errors: app.errors,
     lastError: app.lastError,
-    ready: app.drawing.ready && s !== null,
+    ready: app.drawing.ready && s !== null && app.bodyShown,
     software: app.stage.software,
     camera: { position: camera.toArray(), target: target.toArray() },
     outOfView: app.pieceView.count(),

@@ -8,7 +8,7 @@
 
 #include "kerf/base/random.h"
 #include "kerf/contact/detect_scratch.h"
-#include "kerf/contact/segment_queries.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf::leaf_boxes_test {
 namespace {

@@ -34,27 +34,35 @@ struct Hexagon {
     mesh = build_collision_mesh(surface, std::vector<double>(surface.positions.size(), 0.05)).value();
     for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) position.push_back(mesh.rest[v]);
   }
-  [[nodiscard]] CollisionHalfEdge passed(Vec3 tip, Vec3 along) {
-    position[0] = tip;
-    return passed_rim(mesh, position, CollisionVertex(0), along);
+  /// For an upright edge that has come to a place, with its motion along y.
+  [[nodiscard]] CollisionHalfEdge passed(Vec3 to, double least = 0) const {
+    return passed_rim(mesh, position, CollisionVertex(0), {to + Vec3{0, 0, -1}, to + Vec3{0, 0, 1}}, {0, 1, 0}, least);
   }
   CollisionMesh mesh;
   std::vector<Vec3> position;
 };
 
-TEST(PassedRim, IsTheOneThatTheTipIsBeyond) {
+constexpr double kRim = 0.8660254037844386;  // m, y of the rim
+
+TEST(PassedRim, IsTheOneBehindTheEdge) {
+  const Hexagon h;
+  EXPECT_FALSE(h.passed({0.2, kRim - 1e-6, 0}).valid()) << "just before it";
+  const CollisionHalfEdge passed = h.passed({0.2, kRim + 1e-6, 0});
+  ASSERT_TRUE(passed.valid());
+  EXPECT_TRUE(h.mesh.is_border(passed));
+  EXPECT_EQ(h.mesh.from(passed), CollisionVertex(1));
+  EXPECT_EQ(h.mesh.to(passed), CollisionVertex(2));
+  EXPECT_FALSE(h.passed({0.2, kRim + 1e-6, 0}, 2e-6).valid()) << "not by so much";
+  EXPECT_FALSE(h.passed({0.51, kRim + 0.1, 0}).valid()) << "beside it";
+  EXPECT_FALSE(h.passed({0.2, kRim + 0.1, 1.1}).valid()) << "above it";
+  EXPECT_FALSE(h.passed({0.2, -kRim + 0.1, 0}).valid()) << "a side that is no rim is behind the edge";
+}
+
+TEST(PassedRim, IsSeenInAStrandThatHasRolledOnItsSide) {
   Hexagon h;
-  const double rim = std::sqrt(3.0) / 2;
-  for (const Vec3 along : {Vec3{0, 0, 1}, Vec3{0, 0, -1}, Vec3{0.3, -0.2, 0.9}}) {
-    EXPECT_FALSE(h.passed({0, 0, 0}, along).valid());
-    EXPECT_FALSE(h.passed({0.2, rim - 1e-6, 0}, along).valid()) << "just before it";
-    const CollisionHalfEdge passed = h.passed({0.2, rim + 1e-6, 0}, along);
-    ASSERT_TRUE(passed.valid());
-    EXPECT_TRUE(h.mesh.is_border(passed));
-    EXPECT_EQ(h.mesh.from(passed), CollisionVertex(1));
-    EXPECT_EQ(h.mesh.to(passed), CollisionVertex(2));
-    EXPECT_FALSE(h.passed({0, -1.2, 0}, along).valid()) << "across a side that is none";
-  }
+  for (Vec3& x : h.position) x = {x.x, 0.01 * x.y, x.y};  // it stands along the edge
+  EXPECT_FALSE(h.passed({0.2, 0.01 * kRim - 1e-6, 0.5}).valid());
+  EXPECT_TRUE(h.passed({0.2, 0.01 * kRim + 1e-6, 0.5}).valid());
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "kerf/contact/body_pair.h"
-#include "kerf/contact/segment_queries.h"
 #include "kerf/contact/walls.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kerf/contact/segment_queries.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 namespace {

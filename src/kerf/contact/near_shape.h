@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "kerf/contact/detect_scratch.h"
-#include "kerf/contact/segment_queries.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "kerf/contact/lips.h"
-#include "kerf/contact/segment_queries.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 namespace {

@@ -7,10 +7,10 @@
 #include "kerf/base/at.h"
 #include "kerf/cutting/blade_arcs.h"
 #include "kerf/cutting/blade_front.h"
-#include "kerf/cutting/passed_rim.h"
 #include "kerf/cutting/path_opening.h"
 #include "kerf/cutting/path_rounding.h"
 #include "kerf/cutting/tolerances.h"
+#include "kerf/spatial/segment_queries.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -94,6 +94,26 @@ class Sweep {
     return report();
   }
 
+  SweepReport part_strands(const BladeEdge& edge) {
+    stroke_.edge = edge;
+    strip_ = Strip::make(edge, edge, {}, cut::kPathLeastMove * target_.complex.mean_root_edge);
+    target_.scratch.flip_stack.clear();
+    old_ = std::move(stroke_.ends);
+    stroke_.ends.clear();
+    used_.assign(old_.size(), false);
+    for (std::size_t i = 0; i < old_.size(); ++i) keep_end(old_[i], stroke_.fronts[i]);
+    for (std::size_t i = 0; i < old_.size(); ++i) {
+      if (!stroke_.passed[i].valid()) continue;
+      BladeArc arc = arc_to_rim(i, stroke_.passed[i]);
+      follow(arc);
+    }
+    for (std::size_t i = 0; i < old_.size(); ++i)
+      if (!stroke_.passed[i].valid() && finder_.locate(old_[i])) stroke_.ends.push_back(old_[i]);
+    stroke_.passed.clear();
+    stroke_.provisional = false;
+    return report();
+  }
+
  private:
   const CollisionMesh& mesh() const { return target_.complex.collision; }
   Vec3 at(V v) const { return target_.position[v.index()]; }
@@ -103,6 +123,17 @@ class Sweep {
     return {opening_.opened(),  busy_ + opening_.refused(),
             opening_.retried(), uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(),
             leaning_,           dirty_};
+  }
+
+  /// The path of a front goes on from a vertex that it has come to.
+  void keep_end(BladeFront& f, V vertex) const {
+    if (f.start.kind == Stop::Kind::kVertex && f.start.vertex == vertex) return;
+    f.before = f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{};
+    f.start = Stop::at_vertex(vertex);
+    f.came = rounding_.rest(f.end);
+    f.trail.clear();
+    f.touch.reset();
+    (void)finder_.locate(f);
   }
 
   // ---- which arcs, in which order
@@ -165,32 +196,22 @@ class Sweep {
     return arcs;
   }
 
-  /// The arc of a front that has been pushed past the rim ahead of it: it ends there.
-  std::optional<BladeArc> arc_to_passed_rim(std::size_t i) const {
-    const V tip = old_[i].start.vertex;
-    const H rim = passed_rim(mesh(), target_.position, tip, strip_.along);
-    if (!rim.valid()) return std::nullopt;
-    const double from = strip_.height(at(mesh().from(rim))), to = strip_.height(at(mesh().to(rim)));
-    if (!(from * to < 0)) return std::nullopt;
-    BladeArc arc;
+  /// From a tip to the rim across, to the place that is nearest at rest: what is stretched between them says nothing better.
+  BladeArc arc_to_rim(std::size_t front, H rim) const {
+    const V tip = old_[front].start.vertex, a = mesh().from(rim), b = mesh().to(rim);
     const F face = CollisionMesh::face(rim);
+    BladeArc arc;
     arc.faces = {face};
-    const auto set_end = [&](ArcEnd& end, H h, double fraction) {
-      end.point = {face, {}};
-      for (const int k : kCorners) {
-        const V v = mesh().from(CollisionMesh::corner(face, k));
-        end.point.weights[kerf::at(k)] = v == mesh().from(h) ? 1 - fraction : v == mesh().to(h) ? fraction : 0;
-      }
-    };
-    set_end(arc.begin, CollisionMesh::next(rim), 1);
     arc.begin.kind = Kind::kFront;
-    arc.begin.front = static_cast<int>(i);
+    arc.begin.front = static_cast<int>(front);
     arc.end.border = rim;
-    arc.end.fraction = from / (from - to);
-    set_end(arc.end, rim, arc.end.fraction);
-    arc.begin.depth = strip_.local(at(tip)).x;
-    arc.end.depth = strip_.local(lerp(at(mesh().from(rim)), at(mesh().to(rim)), arc.end.fraction)).x;
-    arc.first = 0;
+    arc.end.fraction = closest_on_segment(mesh().rest[tip], mesh().rest[a], mesh().rest[b]);
+    arc.begin.point.face = arc.end.point.face = face;
+    for (const int k : kCorners) {
+      const V v = mesh().from(CollisionMesh::corner(face, k));
+      arc.begin.point.weights[kerf::at(k)] = v == tip ? 1 : 0;
+      arc.end.point.weights[kerf::at(k)] = v == a ? 1 - arc.end.fraction : v == b ? arc.end.fraction : 0;
+    }
     return arc;
   }
 
@@ -208,11 +229,6 @@ class Sweep {
                    : a.end.kind != Kind::kWas;
       };
       if (f.start.kind != Stop::Kind::kVertex || std::any_of(arcs.begin(), arcs.end(), leads)) continue;
-      if (const auto arc = arc_to_passed_rim(i)) {
-        std::erase_if(arcs, [&](const BladeArc& a) { return is_of(a.begin); });
-        arcs.push_back(*arc);
-        continue;
-      }
       const BladeArc* nearest = nullptr;
       BladeArc tied;
       double least = cut::kTied * target_.complex.mean_root_edge;
@@ -827,10 +843,15 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).make_ends(); }
 
+SweepReport part_strands(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target) {
+  return Sweep(stroke, target).part_strands(edge);
+}
+
 void lift_blade(BladeStroke& stroke) {
   stroke.started = stroke.standing = false;
   stroke.fronts.clear();
   stroke.ends.clear();
+  stroke.passed.clear();
   stroke.cut_along.clear();
   stroke.began.clear();
   stroke.provisional = false;

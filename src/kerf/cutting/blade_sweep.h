@@ -36,6 +36,8 @@ struct BladeStroke {
   bool through = false;   ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
+  std::vector<CollisionHalfEdge>
+      passed;  ///< per front, or empty: the rim that the edge has gone by (passed_rim.h), or none; the caller's
   std::vector<std::array<CollisionVertex, 2>>
       cut_along;             ///< chords opened in sheets that lie along the blade, but for provisional ones
   std::vector<Vec3> began;   ///< places inside the body, at rest, where paths of the stroke began
@@ -85,6 +87,11 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 
 /// Cuts on to where the blade is: what is cut here is provisional. `stroke.mark` has been set since lead_blade.
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target);
+
+/// A pose of a blade that has gone by rims (`stroke.passed`, not empty): cuts from the fronts to them. What is provisional stays, and the paths go on from
+/// there: without its last bit a tip would be where the material around it is, not where the edge has drawn it. What else lies between the last pose and
+/// `edge` is cut from where the fronts are when the blade is led on.
+SweepReport part_strands(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target);
 
 /// Ends the stroke; what was provisional stays.
 void lift_blade(BladeStroke& stroke);

@@ -7,6 +7,7 @@
 #include "kerf/base/at.h"
 #include "kerf/binding/cell_complex.h"
 #include "kerf/cutting/tolerances.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf::cut {
 
@@ -19,8 +20,8 @@ void for_each_border_near(const CollisionMesh& mesh, CollisionTriangle face, Vec
   for (int i = 0; i < faces; ++i)
     for (int k = 0; k < 3; ++k) {
       const CollisionHalfEdge h = CollisionMesh::corner(around[at(i)], k);
-      const Vec3 a = mesh.rest[mesh.from(h)], d = mesh.rest[mesh.to(h)] - a;
-      const double t = std::clamp(dot(x - a, d) / dot(d, d), 0.0, 1.0), distance = norm(a + t * d - x);
+      const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)];
+      const double t = closest_on_segment(x, a, b), distance = norm(lerp(a, b, t) - x);
       if (distance >= reach) continue;
       if (mesh.is_border(h)) {
         fn(h, t, distance);

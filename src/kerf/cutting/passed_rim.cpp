@@ -1,31 +1,26 @@
 #include "kerf/cutting/passed_rim.h"
 
 namespace kerf {
-namespace {
-
-double facing(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionHalfEdge h, Vec3 along) {
-  const Vec3 a = position[mesh.from(h).index()];
-  return dot(cross(position[mesh.to(h).index()] - a, position[mesh.apex(h).index()] - a), along);
-}
-
-}  // namespace
 
 CollisionHalfEdge passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex tip,
-                             Vec3 along) {
-  double strands = 0, others = 0;  // m^2, twice: how much faces turn towards the edge's tip
+                             const BladeEdge& edge, Vec3 into, double least) {
+  const double length = norm(edge.tip - edge.base);
+  const Vec3 along = (1 / length) * (edge.tip - edge.base), aside = cross(along, into);
+  CollisionHalfEdge passed;
+  double most = least;
   mesh.for_each_outgoing(tip, [&](CollisionHalfEdge h) {
-    (mesh.is_border(CollisionMesh::next(h)) ? strands : others) += facing(mesh, position, h, along);
+    const CollisionHalfEdge rim = CollisionMesh::next(h);
+    // A face that has one of the tip's own lips as another side is a corner of that lip.
+    if (!mesh.is_border(rim) || mesh.is_border(h) || mesh.is_border(CollisionMesh::next(rim))) return true;
+    const Vec3 a = position[mesh.from(rim).index()] - edge.base, b = position[mesh.to(rim).index()] - edge.base;
+    const double from = dot(a, aside), to = dot(b, aside);
+    if (!(from * to < 0)) return true;
+    const Vec3 crossing = lerp(a, b, from / (from - to));
+    const double at = dot(crossing, along), behind = -dot(crossing, into);
+    if (at >= 0 && at <= length && behind > most) most = behind, passed = rim;
     return true;
   });
-  if (!(strands * others < 0)) return {};
-  CollisionHalfEdge rim;
-  double most = 0;
-  mesh.for_each_outgoing(tip, [&](CollisionHalfEdge h) {
-    const double inside_out = others > 0 ? -facing(mesh, position, h, along) : facing(mesh, position, h, along);
-    if (mesh.is_border(CollisionMesh::next(h)) && inside_out > most) most = inside_out, rim = CollisionMesh::next(h);
-    return true;
-  });
-  return rim;
+  return passed;
 }
 
 }  // namespace kerf

@@ -1,22 +1,24 @@
-// A tip that an edge has pushed past the rim ahead of it. Soft material gives way at the edge, so the last strand before a rim is stretched; the rim
-// between two vertices of the collision mesh stays behind, and the face between rim and tip turns inside out:
+// A strand that an edge has gone by uncut. Soft material gives way at the edge, so the last strand before a rim is stretched, and rolls on its side. The
+// rim between two vertices of the collision mesh is then behind the edge, in the plane of the blade:
 //
-//      ----o-------------o----  rim                 o   tip
+//      ----o-------------o----  rim                 x   edge, o tip
 //           \           /                          / \.
 //            \         /               ->    -----o---o-----  rim
 //             \   o   /  tip
+//                 x  edge
 //
 #pragma once
 
 #include <span>
 
 #include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/blade_edge.h"
 
 namespace kerf {
 
-/// The rim, or none: the border edge across from the tip in the face that is most inside out, seen along the edge of the blade (a unit vector), if those
-/// between the tip and rims are so on the whole, and the others around it are not. `position`: metres, per vertex. O(faces around the tip).
+/// The rim that the edge has left farthest behind itself, of those across from a tip, or none: where it crosses the plane of the blade it is more than
+/// `least` metres behind. `into`: unit, where the edge goes. `position`: metres, per vertex. O(faces around the tip).
 CollisionHalfEdge passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex tip,
-                             Vec3 along);
+                             const BladeEdge& edge, Vec3 into, double least);
 
 }  // namespace kerf

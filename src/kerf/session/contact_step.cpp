@@ -8,11 +8,11 @@
 
 #include "kerf/base/lanes.h"
 #include "kerf/contact/rest_neighbours.h"
-#include "kerf/contact/segment_queries.h"
 #include "kerf/contact/sunk_walls.h"
 #include "kerf/contact/surface_offsets.h"
 #include "kerf/lattice/tip_glue.h"
 #include "kerf/mechanics/rigid_tools.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 namespace {

@@ -322,8 +322,8 @@ struct Session::Impl {
   [[nodiscard]] double fronts_behind(const BladeEdge& now, Vec3 into, double reach);
   /// Is the edge ahead of where the cut has got to? A front that lies ahead of it, where material is stretched, would be lost.
   [[nodiscard]] bool passes_fronts(const BladeEdge& now, Vec3 way);
-  /// Has the edge pushed a tip past the rim ahead of it?
-  [[nodiscard]] bool is_past_rim(const BladeEdge& now);
+  /// Notes the rims that are more than `least` m behind an edge, in the plane of its blade. Are there any?
+  [[nodiscard]] bool note_passed_rims(const BladeEdge& now, Vec3 into, double least);
   /// At the end of a step: the last pose of a blade goes along with the material that it was in, or beside. So the next one cuts what the blade has passed
   /// of the body, whatever this did meanwhile.
   void carry_edges();

@@ -198,7 +198,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   place_for_sweep(state.stroke->frame);
   CutTimes following;
   begin_pose();
-  const bool taken_back = blade.provisional;
+  const bool gone_by = !blade.passed.empty(), taken_back = blade.provisional && !gone_by;
   if (taken_back) {
     const CollisionMesh& mesh = state.body.complex.collision;
     const auto lips = find_joined_lips(mesh, mark_of(state.body, blade.mark, mesh.origin),
@@ -211,7 +211,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   std::vector<Vec3>& before = state.stroke->places;
   before.resize(std::min(before.size(), sweep_positions.size()));
   SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options, before};
-  SweepReport report = lead_blade(blade, edge, target);
+  SweepReport report = gone_by ? part_strands(blade, edge, target) : lead_blade(blade, edge, target);
   if (report.changed || !taken_back) {
     trouble = follow_complex(following);
     mark_synced();

@@ -13,10 +13,10 @@
 
 #include <fmt/format.h>
 
-#include "kerf/contact/segment_queries.h"
 #include "kerf/cutting/passed_rim.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/session/tolerances.h"
+#include "kerf/spatial/segment_queries.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -237,43 +237,41 @@ std::optional<double> passed_along(const Thickness& material, const CollisionMes
                                    double mean_edge) {
   const double length = norm(edge.tip - edge.base), step = kLook * mean_edge;
   const Vec3 along = (1 / length) * (edge.tip - edge.base);
-  struct Face {
-    std::array<Vec3, 3> x;
-    Vec3 normal;
-  };
-  std::vector<Face> across;  // the edge lies along them, and would come down on them
+  const Vec3 beside = normalized(cross(along, into));
+  using Line = std::array<Vec2, 2>;  // where a face crosses the plane of the blade: m along the edge, and behind it
+  std::vector<Line> across;          // of faces that the edge lies along, and would come down on
   for (const CollisionTriangle t : material.triangles()) {
-    Face face;
+    std::array<Vec3, 3> off;
     for (std::size_t k = 0; k < 3; ++k)
-      face.x[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()];
-    face.normal = cross(face.x[1] - face.x[0], face.x[2] - face.x[0]);
-    const double size = norm(face.normal);
-    if (size > 0 && std::fabs(dot(face.normal, along)) <= kLies * size &&
-        std::fabs(dot(face.normal, into)) >= kLandsOn * size)
-      across.push_back(face);
+      off[k] = positions[mesh.origin[CollisionMesh::corner(t, static_cast<int>(k))].index()] - edge.base;
+    const Vec3 normal = cross(off[1] - off[0], off[2] - off[0]);
+    const double size = norm(normal);
+    if (!(size > 0) || std::fabs(dot(normal, along)) > kLies * size || std::fabs(dot(normal, into)) < kLandsOn * size)
+      continue;
+    Line line;
+    std::size_t ends = 0;
+    for (std::size_t k = 0; k < 3 && ends < 2; ++k) {
+      const Vec3 a = off[k], b = off[(k + 1) % 3];
+      const double from = dot(a, beside), to = dot(b, beside);
+      if ((from < 0) == (to < 0)) continue;
+      const Vec3 x = lerp(a, b, from / (from - to));
+      line[ends++] = {dot(x, along), -dot(x, into)};
+    }
+    if (ends == 2) across.push_back(line);
   }
   if (across.empty()) return std::nullopt;
   Box3 swept;
   for (const Vec3 p : {edge.base, edge.tip, edge.base - reach * into, edge.tip - reach * into}) swept.add(p);
   const BesideLips cut(mesh, positions, swept, kBesideCut * mean_edge);
   std::optional<double> most;
-  for (const Face& face : across) {
-    double first = length, end = 0;
-    for (const Vec3 x : face.x) {
-      first = std::min(first, dot(x - edge.base, along));
-      end = std::max(end, dot(x - edge.base, along));
-    }
-    for (double at = step * std::ceil(std::max(first, 0.0) / step); at <= std::min(end, length); at += step) {
-      const Vec3 p = edge.base + at * along;
-      const double behind = dot(face.normal, p - face.x[0]) / dot(face.normal, into);
-      if (!(std::fabs(behind) <= reach) || (most && behind <= *most)) continue;
-      const Vec3 hit = p - behind * into;
-      bool in_face = true;
-      for (std::size_t k = 0; k < 3; ++k)
-        in_face = in_face && dot(cross(face.x[(k + 1) % 3] - face.x[k], hit - face.x[k]), face.normal) >= 0;
-      if (!in_face) continue;
+  for (const Line& line : across) {
+    const int parts =
+        static_cast<int>(std::clamp(std::ceil(norm(line[1] - line[0]) / step), 1.0, double{kMostSamples}));
+    for (int i = 0; i <= parts; ++i) {
+      const Vec2 p = lerp(line[0], line[1], static_cast<double>(i) / parts);
+      if (p.x < 0 || p.x > length || !(std::fabs(p.y) <= reach) || (most && p.y <= *most)) continue;
       if (!most) most = 0;
-      if (behind > *most && !cut.holds(hit, along)) most = behind;
+      if (p.y > *most && !cut.holds(edge.base + p.x * along - p.y * into, along)) most = p.y;
     }
   }
   return most;
@@ -407,16 +405,14 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     if (passed || std::any_of(ends.begin(), ends.end(), [](const BladeFront& f) { return f.along; }))
       passed = std::max(passed.value_or(0), fronts_behind(now, forward, blade.width));
   }
-  if (passed) {
-    if (*passed > most) {
-      state.stroke->blade.edge = now + -*passed * forward;
-      KERF_TRY(move_blade(now));
-    }
-  } else if ((gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
-              passes_fronts(now, way)) ||
-             is_past_rim(now)) {
-    KERF_TRY(move_blade(now));
-  }
+  const bool comes_up =
+      passed ? *passed > most
+             : gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
+                   passes_fronts(now, way);
+  if (passed && comes_up)
+    state.stroke->blade.edge = now + -(*passed + kLeastWay * state.body.complex.mean_root_edge) * forward;
+  const bool gone_by = resisted && note_passed_rims(now, forward, most);
+  if (comes_up || gone_by) KERF_TRY(move_blade(now));
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
   return {};
 }
@@ -437,12 +433,15 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
   return !any;
 }
 
-bool Session::Impl::is_past_rim(const BladeEdge& now) {
-  const std::vector<CollisionVertex>& fronts = state.stroke->blade.fronts;
-  const Vec3 along = normalized(now.tip - now.base);
-  return std::any_of(fronts.begin(), fronts.end(), [&](CollisionVertex v) {
-    return passed_rim(state.body.complex.collision, deformed_collision(), v, along).valid();
-  });
+bool Session::Impl::note_passed_rims(const BladeEdge& now, Vec3 into, double least) {
+  BladeStroke& blade = state.stroke->blade;
+  blade.passed.clear();
+  for (const CollisionVertex v : blade.fronts)
+    blade.passed.push_back(passed_rim(state.body.complex.collision, deformed_collision(), v, now, into, least));
+  const bool any =
+      std::any_of(blade.passed.begin(), blade.passed.end(), [](CollisionHalfEdge rim) { return rim.valid(); });
+  if (!any) blade.passed.clear();
+  return any;
 }
 
 double Session::Impl::fronts_behind(const BladeEdge& now, Vec3 into, double reach) {

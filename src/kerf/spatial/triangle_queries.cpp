@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kerf/spatial/predicates.h"
+#include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 
@@ -88,10 +89,6 @@ void closest_point(Vec3 p, const std::array<Vec3, 3>& triangle, ClosestPoint& re
   offer_segment(p, triangle, 2, 0, result);
 }
 
-double distance_to_segment(Vec3 p, Vec3 a, Vec3 b) {
-  const Vec3 d = b - a;
-  const double e = dot(d, d), t = e > 0 ? std::clamp(dot(p - a, d) / e, 0.0, 1.0) : 0.0;
-  return norm(p - (a + t * d));
-}
+double distance_to_segment(Vec3 p, Vec3 a, Vec3 b) { return norm(p - lerp(a, b, closest_on_segment(p, a, b))); }
 
 }  // namespace kerf

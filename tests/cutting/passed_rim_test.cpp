@@ -36,7 +36,9 @@ struct Hexagon {
   }
   /// For an upright edge that has come to a place, with its motion along y.
   [[nodiscard]] CollisionHalfEdge passed(Vec3 to, double least = 0) const {
-    return passed_rim(mesh, position, CollisionVertex(0), {to + Vec3{0, 0, -1}, to + Vec3{0, 0, 1}}, {0, 1, 0}, least);
+    return passed_rim(mesh, position, CollisionVertex(0),
+                      {{to + Vec3{0, 0, -1}, to + Vec3{0, 0, 1}}, {0, 1, 0}, least, 0})
+        .rim;
   }
   CollisionMesh mesh;
   std::vector<Vec3> position;

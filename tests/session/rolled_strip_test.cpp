@@ -26,7 +26,9 @@ struct Pass {
 /// As the seed says: with a resistance of 0.002 to 0.4 times E t.
 Pass random_pass(unsigned seed) {
   std::mt19937 random(seed);
-  const auto between = [&](double low, double high) { return low + (high - low) * (static_cast<double>(random()) / 4294967296.0); };
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
+  };
   const auto any_of = [&](const std::vector<double>& of) { return of[random() % of.size()]; };
   Pass p{};
   p.young = std::exp(between(std::log(5e4), std::log(1e6)));
@@ -42,7 +44,8 @@ Pass random_pass(unsigned seed) {
 
 Scene scene_of(const Pass& p) {
   const Vec3 rotation = turn_of(product(turn({-p.lean, 0, 0}), turn(testing_support::kFacingY)));
-  auto scene = parse_scene(fmt::format(R"([body]
+  auto scene = parse_scene(
+      fmt::format(R"([body]
 model = "strip"
 [material]
 young = {}
@@ -65,9 +68,8 @@ thickness = {}
 position = [{}, -0.037, -0.035]
 rotation = [{}, {}, {}]
 )",
-                                       p.young, p.resistance, p.step, -p.held, p.held, p.blade, p.x, rotation.x,
-                                       rotation.y, rotation.z),
-                           "rolled");
+                  p.young, p.resistance, p.step, -p.held, p.held, p.blade, p.x, rotation.x, rotation.y, rotation.z),
+      "rolled");
   EXPECT_TRUE(scene.ok()) << scene.error().message;
   scene.value().body.options.visual_triangles = 1000;
   return std::move(scene).value();
@@ -95,10 +97,11 @@ TEST(RolledStrip, PartsWhereTheTipLagsBesideTheBlade) {
 TEST(RolledStrip, PartsWhateverTheMaterial) {
   std::string whole;
   int left = 0;
-  constexpr unsigned kSeeds[]{14, 31, 41, 65, 68, 72, 74, 91, 105, 122, 124, 146, 216, 222, 236, 247, 268, 286, 288, 292};
+  constexpr unsigned kSeeds[]{14,  31,  41,  65,  68,  72,  74,  91,  105, 122, 124,
+                              146, 158, 216, 222, 236, 247, 268, 286, 288, 292};
   for (const unsigned seed : kSeeds)
     if (pieces_after(random_pass(seed)) == 1) ++left, whole += fmt::format(" {}", seed);
-  EXPECT_LE(left, 1) << "of 20 passes these left a bridge:" << whole;
+  EXPECT_LE(left, 1) << "of 21 passes these left a bridge:" << whole;
 }
 
 }  // namespace

@@ -96,19 +96,14 @@ class Sweep {
 
   SweepReport part_strands(const BladeEdge& edge) {
     stroke_.edge = edge;
-    strip_ = Strip::make(edge, edge, {}, cut::kPathLeastMove * target_.complex.mean_root_edge);
     target_.scratch.flip_stack.clear();
     old_ = std::move(stroke_.ends);
     stroke_.ends.clear();
-    used_.assign(old_.size(), false);
     for (std::size_t i = 0; i < old_.size(); ++i) keep_end(old_[i], stroke_.fronts[i]);
-    for (std::size_t i = 0; i < old_.size(); ++i) {
-      if (!stroke_.passed[i].valid()) continue;
-      BladeArc arc = arc_to_rim(i, stroke_.passed[i]);
-      follow(arc);
-    }
+    for (const PassedRim& passed : stroke_.passed)
+      if (passed.exists()) part_strand(passed);
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!stroke_.passed[i].valid() && finder_.locate(old_[i])) stroke_.ends.push_back(old_[i]);
+      if (!stroke_.passed[i].exists() && finder_.locate(old_[i])) stroke_.ends.push_back(old_[i]);
     stroke_.passed.clear();
     stroke_.provisional = false;
     return report();
@@ -194,25 +189,6 @@ class Sweep {
     if (!stroke_.standing && behind_ > 0) look_back(arcs, fronts, along);
     tie(arcs);
     return arcs;
-  }
-
-  /// From a tip to the rim across, to the place that is nearest at rest: what is stretched between them says nothing better.
-  BladeArc arc_to_rim(std::size_t front, H rim) const {
-    const V tip = old_[front].start.vertex, a = mesh().from(rim), b = mesh().to(rim);
-    const F face = CollisionMesh::face(rim);
-    BladeArc arc;
-    arc.faces = {face};
-    arc.begin.kind = Kind::kFront;
-    arc.begin.front = static_cast<int>(front);
-    arc.end.border = rim;
-    arc.end.fraction = closest_on_segment(mesh().rest[tip], mesh().rest[a], mesh().rest[b]);
-    arc.begin.point.face = arc.end.point.face = face;
-    for (const int k : kCorners) {
-      const V v = mesh().from(CollisionMesh::corner(face, k));
-      arc.begin.point.weights[kerf::at(k)] = v == tip ? 1 : 0;
-      arc.end.point.weights[kerf::at(k)] = v == a ? 1 - arc.end.fraction : v == b ? arc.end.fraction : 0;
-    }
-    return arc;
   }
 
   /// Lips that come apart draw the tip of their cut along. The arc of its front may then lead back to them, and that of the blade begin where the edge was:
@@ -627,6 +603,14 @@ class Sweep {
     BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};
     finder_.note(f);
     stroke_.ends.push_back(std::move(f));
+  }
+
+  /// To the place of the rim that is nearest at rest: what is stretched between them says nothing better.
+  void part_strand(const PassedRim& passed) {
+    const Vec3 from = mesh().rest[passed.from], a = mesh().rest[mesh().from(passed.rim)],
+               b = mesh().rest[mesh().to(passed.rim)];
+    const Stop rim = rounding_.on_border(passed.rim, closest_on_segment(from, a, b));
+    (void)open(std::array{Stop::at_vertex(passed.from), rim}, std::array{from, rounding_.rest(rim)});
   }
 
   /// A tip that a path begins at is parted from the nearest corner or tip that the path passes on its way to its end.

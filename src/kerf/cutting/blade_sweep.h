@@ -24,6 +24,7 @@
 #include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/face_boxes.h"
+#include "kerf/cutting/passed_rim.h"
 #include "kerf/cutting/uncut_path.h"
 
 namespace kerf {
@@ -36,8 +37,7 @@ struct BladeStroke {
   bool through = false;   ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
-  std::vector<CollisionHalfEdge>
-      passed;  ///< per front, or empty: the rim that the edge has gone by (passed_rim.h), or none; the caller's
+  std::vector<PassedRim> passed;  ///< per front, or empty: the rim that the edge has gone by, or none; the caller's
   std::vector<std::array<CollisionVertex, 2>>
       cut_along;             ///< chords opened in sheets that lie along the blade, but for provisional ones
   std::vector<Vec3> began;   ///< places inside the body, at rest, where paths of the stroke began

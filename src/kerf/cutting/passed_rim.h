@@ -16,9 +16,24 @@
 
 namespace kerf {
 
-/// The rim that the edge has left farthest behind itself, of those across from a tip, or none: where it crosses the plane of the blade it is more than
-/// `least` metres behind. `into`: unit, where the edge goes. `position`: metres, per vertex. O(faces around the tip).
-CollisionHalfEdge passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex tip,
-                             const BladeEdge& edge, Vec3 into, double least);
+/// A rim that an edge has gone by, and the vertex of the cut's lips from which it is parted: the tip, or one beside it where the strand is thinner.
+struct PassedRim {
+  CollisionVertex from;
+  CollisionHalfEdge rim;
+  [[nodiscard]] bool exists() const { return rim.valid(); }
+};
+
+/// An edge that goes by.
+struct PassingEdge {
+  BladeEdge edge;
+  Vec3 into;          ///< unit, where it goes
+  double least = 0;   ///< metres: a rim that is not farther behind, in the plane of the blade, counts as ahead
+  double around = 0;  ///< metres at rest: lips so near to a tip are looked at too
+};
+
+/// The rim that the edge has left farthest behind itself, of those across from a tip and from its lips, or none. `position`: metres, per vertex. Cost: the
+/// faces around those vertices.
+PassedRim passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex tip,
+                     const PassingEdge& passing);
 
 }  // namespace kerf

@@ -43,12 +43,6 @@ double PathRounding::distance(H h, Vec3 x) const {
 /// A point of an edge so near to an end may go there.
 double PathRounding::snap(H h) const { return is_short(h) ? length(h) : std::min(0.45 * length(h), feature_); }
 
-H PathRounding::border_before(H h) const {
-  H last;
-  mesh_.for_each_outgoing(mesh_.from(h), [&](H g) { return last = CollisionMesh::prev(g), true; });
-  return last;
-}
-
 PathPlace PathRounding::path_place(const Stop& s) const {
   if (s.kind == Stop::Kind::kVertex) return {rest(s), {}, s.vertex};
   return {rest(s), s.kind == Stop::Kind::kInside ? s.point.face : CollisionMesh::face(s.border(mesh_)), {}};
@@ -72,7 +66,7 @@ void PathRounding::for_each_of_lip(const Stop& stop, Vec3 from, Vec3 to, Fn&& fn
   fn(h);
   for (int i = 1; i < cut::kSameLip && is_near(mesh_.to(h)); ++i) fn(h = mesh_.fan_start(mesh_.to(h)));
   h = first;
-  for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = border_before(h));
+  for (int i = 1; i < cut::kSameLip && is_near(mesh_.from(h)); ++i) fn(h = mesh_.border_into(mesh_.from(h)));
 }
 
 template <class Counts>
@@ -115,7 +109,7 @@ std::vector<H> PathRounding::lip_edges(const Stop& start, Vec3 to, double around
     edges.push_back(h = mesh_.fan_start(mesh_.to(h)));
   h = first;
   for (double far = norm(rest(mesh_.from(h)) - to); far < around; far += length(h))
-    edges.push_back(h = border_before(h));
+    edges.push_back(h = mesh_.border_into(mesh_.from(h)));
   return edges;
 }
 

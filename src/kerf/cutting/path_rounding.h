@@ -108,7 +108,6 @@ class PathRounding {
   [[nodiscard]] CollisionVertex vertex_of_crossing(const BladeArc& arc, std::size_t i, Vec3 from,
                                                    const BesideBorder& beside = kNone) const;
   [[nodiscard]] double material_around(CollisionVertex v) const;
-  [[nodiscard]] CollisionHalfEdge border_before(CollisionHalfEdge h) const;
   [[nodiscard]] PathPlace path_place(const CutStop& s) const;
   /// Calls fn with the border edges next to a stop, both ways along the border for as long as it runs `near` the segment from - to.
   template <class Fn>

@@ -52,6 +52,12 @@ struct HalfEdgeMesh {
     }
   }
   [[nodiscard]] bool on_border(V v) const { return is_border(fan_start(v)); }
+  /// The border half-edge that ends at a vertex of a border; the one that begins there is fan_start.
+  [[nodiscard]] H border_into(V v) const {
+    H h = fan_start(v);
+    for (H c = ccw(h); c.valid(); c = ccw(h)) h = c;
+    return prev(h);
+  }
   /// Calls f(h) for every outgoing half-edge of v (one per face), counter-clockwise, until f returns false.
   template <class Fn>
   void for_each_outgoing(V v, Fn&& f) const {

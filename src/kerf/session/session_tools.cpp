@@ -436,10 +436,10 @@ bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
 bool Session::Impl::note_passed_rims(const BladeEdge& now, Vec3 into, double least) {
   BladeStroke& blade = state.stroke->blade;
   blade.passed.clear();
+  const PassingEdge edge{now, into, least, kBesideTip * state.body.complex.mean_root_edge};
   for (const CollisionVertex v : blade.fronts)
-    blade.passed.push_back(passed_rim(state.body.complex.collision, deformed_collision(), v, now, into, least));
-  const bool any =
-      std::any_of(blade.passed.begin(), blade.passed.end(), [](CollisionHalfEdge rim) { return rim.valid(); });
+    blade.passed.push_back(passed_rim(state.body.complex.collision, deformed_collision(), v, edge));
+  const bool any = std::any_of(blade.passed.begin(), blade.passed.end(), [](const PassedRim& p) { return p.exists(); });
   if (!any) blade.passed.clear();
   return any;
 }

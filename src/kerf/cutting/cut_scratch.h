@@ -6,6 +6,7 @@
 
 #include "kerf/base/dense_index.h"
 #include "kerf/binding/cell_complex.h"
+#include "kerf/cutting/wall_room.h"
 
 namespace kerf {
 
@@ -56,7 +57,8 @@ struct CutScratch {
   std::array<std::vector<VisualVertex>, 3> part;
   std::vector<CollisionHalfEdge> flip_stack;
   std::vector<Vec3> displacement;
-  std::vector<Vec3f> bow;  // of the columns of a new wall
+  std::vector<Vec3f> bow;              // of the columns of a new wall
+  std::vector<BorderSegment> borders;  // near a new rough wall
   std::vector<double> bow_along, bow_across;
   std::vector<Vec3> bow_middle, bow_skin;
   DenseIndex slid_vertex, slid_face;

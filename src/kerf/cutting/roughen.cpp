@@ -9,6 +9,7 @@
 #include "kerf/base/random.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/wall_points.h"
+#include "kerf/cutting/wall_room.h"
 
 namespace kerf {
 namespace {
@@ -17,57 +18,7 @@ using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 using VV = VisualVertex;
 
-/// Part of the way to the next border in front of a wall that its vertices may stray, at mid-depth and per distance
-/// from the skin.
-constexpr double kMostOfTheWay = 0.4, kNearTheSkin = 0.8;
-/// Part of the distance from a corner, times the tangent of half its angle.
-constexpr double kMostOfTheCorner = 0.8;
-/// Cosine of the angle from straight ahead within which a border is in front.
-constexpr double kInFront = 0.3;
-
 bool less(Vec3 a, Vec3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; }
-
-struct Segment {
-  Vec3 a, b;
-};
-
-/// Distance from p to the part of a segment that lies in front of it.
-double distance_in_front(Vec3 p, Vec3 outward, const Segment& s) {
-  const Vec3 d = s.b - s.a;
-  const double t = std::clamp(dot(p - s.a, d) / std::max(dot(d, d), 1e-300), 0.0, 1.0);
-  double nearest = HUGE_VAL;
-  for (const Vec3 q : {s.a + t * d, s.a, s.b, lerp(s.a, s.b, 0.5)}) {
-    const double distance = norm(q - p);
-    if (dot(q - p, outward) > kInFront * distance) nearest = std::min(nearest, distance);
-  }
-  return nearest;
-}
-
-/// How far a wall vertex may stray.
-double room_for(const CellComplex& body, const WallPoint& w, H lip, Vec3 outward, const std::vector<Segment>& borders) {
-  const CollisionMesh& mesh = body.collision;
-  const Vec3 ends[2] = {mesh.rest[mesh.from(lip)], mesh.rest[mesh.to(lip)]};
-  const Vec3 along = normalized(ends[1] - ends[0]);
-  const Vec3 foot = ends[0] + std::clamp(dot(w.smooth - ends[0], along), 0.0, norm(ends[1] - ends[0])) * along;
-  double room = HUGE_VAL;
-  for (const Segment& s : borders) {
-    bool beside = false;
-    for (int e = 0; e < 2; ++e)
-      if (s.a == ends[e] || s.b == ends[e]) {
-        beside = true;
-        // The other border goes on from this corner; where it turns towards the loose part, walls must not meet.
-        const Vec3 away = normalized((s.a == ends[e] ? s.b : s.a) - ends[e]);
-        const Vec3 back = e == 0 ? along : -along;
-        const double c = std::clamp(dot(away, back), -1.0, 1.0);
-        if (dot(away, outward) > 0 && !w.on_line)
-          room = std::min(room, kMostOfTheCorner * norm(foot - ends[e]) * std::sqrt((1 - c) / std::max(1 + c, 1e-12)));
-      }
-    if (!beside)
-      room = std::min(room, std::min(kMostOfTheWay, kNearTheSkin * (1 - std::fabs(2 * w.across - 1))) *
-                                distance_in_front(foot, outward, s));
-  }
-  return room;
-}
 
 /// Sorted places of a vertex's neighbours: two vertices with the same ones lie in the same surface.
 void ring_of(const VisualMesh& mesh, VV v, std::vector<Vec3>& ring) {
@@ -85,7 +36,7 @@ void roughen_punch(CellComplex& body, const PunchCut& cut, double amplitude, std
   const CollisionMesh& mesh = body.collision;
   VisualMesh& fine = body.visual;
   if (!body.closed || !(amplitude > 0) || cut.lips.empty()) return;
-  std::vector<Segment> borders;
+  std::vector<BorderSegment> borders;
   std::vector<std::pair<Vec3, VV>> opposite;  // wall vertices of the loose part, by place
   std::vector<WallPoint> points;
   for (const F f : cut.loose)
@@ -120,7 +71,8 @@ void roughen_punch(CellComplex& body, const PunchCut& cut, double amplitude, std
       Stray& s = strays[p.vertex.value];
       s.vertex = p.vertex;
       s.way += outward;
-      s.room = std::min(s.room, room_for(body, p, lip, outward, borders));
+      s.room =
+          std::min(s.room, wall_room(mesh, lip, outward, {foot_on(mesh, lip, p.smooth), p.across, p.on_line}, borders));
       ++s.walls;
       if (p.on_line) s.needed = 2;
     }

@@ -107,6 +107,9 @@ inline constexpr double kPathCarried = 0.5;
 inline constexpr double kPathStill = 1e-4;
 /// Faces around a point that are looked at. At half, crowded places are not seen whole; at double nothing more is.
 inline constexpr int kFacesAround = 64;
+/// Amplitudes of a rough wall from which borders in front of it are looked for. At half, walls meet in strands two amplitudes wide; at double nothing
+/// changes, as 0.4 of the way is more than an amplitude.
+inline constexpr double kRoughReach = 2.5;
 /// Border edges on either side that count as the same lip. At half, long arcs between close vertices leave their lip; at double nothing changes.
 inline constexpr int kSameLip = 8;
 /// Cosine between a face and the blade, below which the blade lies along it. At half, chops of vaults cut one of two layers; at double, blades that lean

@@ -3,11 +3,13 @@
 #include <algorithm>
 
 #include "kerf/base/random.h"
+#include "kerf/cutting/borders_near.h"
 #include "kerf/cutting/chain_split.h"
 #include "kerf/cutting/half_edge_split.h"
 #include "kerf/cutting/tolerances.h"
 #include "kerf/cutting/visual_walk.h"
 #include "kerf/cutting/wall_bow.h"
+#include "kerf/cutting/wall_room.h"
 
 namespace kerf::cut {
 
@@ -181,6 +183,38 @@ void bow_line(VisualMesh& mesh, const Journaled<PoolIndex, VisualVertex>& pool, 
   }
 }
 
+/// Moves the points of the walls of h and g outwards, to the right of h: into the material of g, as far as there is room.
+void add_roughness(CutContext& cut, CH h, CH g, Vec3 outward) {
+  const CellComplex& body = cut.body;
+  const CollisionMesh& coarse = body.collision;
+  const auto layers = static_cast<std::size_t>(cut.options.layers);
+  if (layers < 2) return;
+  const auto end = [&](std::int32_t k, std::size_t side) {
+    return body.visual.rest[body.chain_pool[coarse.chain[h][side].at(k)]];
+  };
+  const Vec3 a = coarse.rest[coarse.from(h)], b = coarse.rest[coarse.to(h)];
+  const double thick = norm(coarse.offset[coarse.from(h)] + coarse.offset[coarse.to(h)]);
+  std::vector<BorderSegment>& borders = cut.scratch.borders;
+  borders.clear();
+  const double reach = 0.5 * norm(b - a) + kRoughReach * cut.options.roughness * thick / static_cast<double>(layers);
+  for_each_border_near(coarse, CollisionMesh::face(g), lerp(a, b, 0.5), reach, [&](CH border, double, double) {
+    if (border != g && border != h)
+      borders.push_back({coarse.rest[coarse.from(border)], coarse.rest[coarse.to(border)]});
+  });
+  Random random(cut.options.seed + 0x9e3779b97f4a7c15ull * static_cast<std::uint64_t>(h.value + 1));
+  for (std::int32_t k = 0; k < coarse.chain[h][0].count; ++k) {
+    const Vec3 top = end(k, 0), bottom = end(k, 1);
+    const double amplitude = cut.options.roughness * norm(top - bottom) / static_cast<double>(layers);
+    const Vec3 foot = foot_on(coarse, h, lerp(top, bottom, 0.5));
+    for (std::size_t i = 1; i < layers; ++i) {
+      const double across = static_cast<double>(i) / static_cast<double>(layers);
+      const double room = wall_room(coarse, h, outward, {foot, across, false}, borders);
+      cut.scratch.displacement[static_cast<std::size_t>(k) * (layers - 1) + i - 1] +=
+          random.uniform(0, std::min(amplitude, room)) * outward;
+    }
+  }
+}
+
 void join(VisualMesh& mesh, VH a, VH b, bool barrier) {
   link(mesh, a, b);
   if (barrier) set_barrier(mesh, a);
@@ -212,17 +246,7 @@ void build_walls(CutContext& cut, CH h, CH g) {
     if (scratch.up[e].empty() && scratch.down[e].empty())
       bow_line(mesh, body.chain_pool, coarse.line[e == 0 ? coarse.from(h) : coarse.to(h)],
                to_double(e == 0 ? scratch.bow.front() : scratch.bow.back()));
-  if (cut.options.roughness > 0) {
-    Random random(cut.options.seed + 0x9e3779b97f4a7c15ull * static_cast<std::uint64_t>(h.value + 1));
-    for (std::int32_t k = 0; k < inner; ++k) {
-      const Vec3 top = mesh.rest[body.chain_pool[coarse.chain[h][0].at(k)]];
-      const Vec3 bottom = mesh.rest[body.chain_pool[coarse.chain[h][1].at(k)]];
-      const double amplitude = cut.options.roughness * norm(top - bottom) / layers;
-      for (int i = 0; i < layers - 1; ++i)
-        scratch.displacement[static_cast<std::size_t>(k) * static_cast<std::size_t>(layers - 1) +
-                             static_cast<std::size_t>(i)] += random.uniform(0, amplitude) * outward;
-    }
-  }
+  if (cut.options.roughness > 0) add_roughness(cut, h, g, outward);
 
   for (int which = 0; which < 2; ++which) {
     const CH edge = which == 0 ? h : g;

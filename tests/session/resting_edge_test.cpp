@@ -94,6 +94,21 @@ Session come_together(double dt, double resistance, double way, bool strip_moves
   return session;
 }
 
+/// Places along it are farther apart than the strip is thick.
+TEST(RestingEdge, ALongOneMissesNoThinMaterial) {
+  for (const double tip : {0.02, 0.4, 3.0}) {
+    Scene scene = testing_support::blade_strip(0.005, kHere);
+    scene.tools[0].tip = tip;
+    scene.tools[0].turning_stiffness = 1e4;
+    Session session = make(scene);
+    clamp(session);
+    lead(session, {kHere, 0.03, -0.012}, 0.5);
+    EXPECT_TRUE(session.step(steps(session, 0.6)).ok());
+    EXPECT_EQ(session.counts().pieces, 2) << tip;
+    expect_valid(session);
+  }
+}
+
 TEST(RestingEdge, CutsAsOneThatMoves) {
   for (const double resistance : {0.0, 20.0})
     for (const double dt : kSteps) {

@@ -24,6 +24,7 @@ namespace {
 
 constexpr int kEdgeSamples = 9;    // along an edge at least; a blade is looked at in a few such lines
 constexpr int kMostSamples = 128;  // along an edge; no nearer to each other than half the half thickness
+constexpr int kMostSteps = 16384;  // along an edge outside of material
 constexpr int kScalpelLines = 3, kScissorsLines = 5;
 constexpr double kEdgeFirst = 0.5;  // cosine between forward and the push of what an edge meets
 constexpr double kForward = 0.2;    // share of an edge's motion that must go forward for it to cut
@@ -113,6 +114,8 @@ class Thickness {
     const double length = norm(to - from);
     if (empty() || !(length > 0)) return 0;
     const double step = std::clamp(0.5 * thinnest_, length / kMostSamples, length / kEdgeSamples);
+    // From outside no step leads over the material, however long the edge is.
+    const double step_outside = std::clamp(0.5 * thinnest_, length / kMostSteps, step);
     const auto place = [&](double at) { return lerp(from, to, at / length); };
     const auto border = [&](double outside, double in) {
       for (int i = 0; i < kBorderHalvings; ++i) {
@@ -132,7 +135,7 @@ class Thickness {
       if (in && !was_in) entered = here > 0 ? border(last, here) : 0;
       if (was_in && !in) inside += border(here, last) - entered;
       last = here;
-      at += std::max(step, far);
+      at += std::max(in ? step : step_outside, far);
     }
     return in ? inside + length - entered : inside;
   }

@@ -107,6 +107,13 @@ inline constexpr double kPathCarried = 0.5;
 inline constexpr double kPathStill = 1e-4;
 /// Faces around a point that are looked at. At half, crowded places are not seen whole; at double nothing more is.
 inline constexpr int kFacesAround = 64;
+/// Part of the way to the next border in front of a wall that its vertices may stray, at mid-depth and per distance from the skin. Two walls that face each
+/// other stray towards each other, so from half the way on they may meet.
+inline constexpr double kMostOfTheWay = 0.4, kNearTheSkin = 0.8;
+/// Part of the distance from a corner, times the tangent of half its angle: at 1 two walls meet in the middle between them.
+inline constexpr double kMostOfTheCorner = 0.8;
+/// Cosine of the angle from straight ahead within which a border is in front.
+inline constexpr double kInFront = 0.3;
 /// Amplitudes of a rough wall from which borders in front of it are looked for. At half, walls meet in strands two amplitudes wide; at double nothing
 /// changes, as 0.4 of the way is more than an amplitude.
 inline constexpr double kRoughReach = 2.5;

@@ -4,25 +4,18 @@
 #include <array>
 #include <cmath>
 
+#include "kerf/cutting/tolerances.h"
 #include "kerf/spatial/segment_queries.h"
 
 namespace kerf {
 namespace {
-
-/// Part of the way to the next border in front of a wall that its vertices may stray, at mid-depth and per distance
-/// from the skin.
-constexpr double kMostOfTheWay = 0.4, kNearTheSkin = 0.8;
-/// Part of the distance from a corner, times the tangent of half its angle.
-constexpr double kMostOfTheCorner = 0.8;
-/// Cosine of the angle from straight ahead within which a border is in front.
-constexpr double kInFront = 0.3;
 
 /// Distance from p to the part of a segment that lies in front of it.
 double distance_in_front(Vec3 p, Vec3 outward, const BorderSegment& s) {
   double nearest = HUGE_VAL;
   for (const Vec3 q : {lerp(s.a, s.b, closest_on_segment(p, s.a, s.b)), s.a, s.b, lerp(s.a, s.b, 0.5)}) {
     const double distance = norm(q - p);
-    if (dot(q - p, outward) > kInFront * distance) nearest = std::min(nearest, distance);
+    if (dot(q - p, outward) > cut::kInFront * distance) nearest = std::min(nearest, distance);
   }
   return nearest;
 }
@@ -49,11 +42,11 @@ double wall_room(const CollisionMesh& mesh, CollisionHalfEdge lip, Vec3 outward,
         const Vec3 back = e == 0 ? along : -along;
         const double c = std::clamp(dot(away, back), -1.0, 1.0);
         if (dot(away, outward) > 0 && !place.on_line)
-          room = std::min(room,
-                          kMostOfTheCorner * norm(place.foot - ends[e]) * std::sqrt((1 - c) / std::max(1 + c, 1e-12)));
+          room = std::min(
+              room, cut::kMostOfTheCorner * norm(place.foot - ends[e]) * std::sqrt((1 - c) / std::max(1 + c, 1e-12)));
       }
     if (!beside)
-      room = std::min(room, std::min(kMostOfTheWay, kNearTheSkin * (1 - std::fabs(2 * place.across - 1))) *
+      room = std::min(room, std::min(cut::kMostOfTheWay, cut::kNearTheSkin * (1 - std::fabs(2 * place.across - 1))) *
                                 distance_in_front(place.foot, outward, s));
   }
   return room;

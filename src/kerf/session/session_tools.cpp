@@ -24,7 +24,6 @@ namespace {
 
 constexpr int kEdgeSamples = 9;    // along an edge at least; a blade is looked at in a few such lines
 constexpr int kMostSamples = 128;  // along an edge; no nearer to each other than half the half thickness
-constexpr int kMostSteps = 16384;  // along an edge outside of material
 constexpr int kScalpelLines = 3, kScissorsLines = 5;
 constexpr double kEdgeFirst = 0.5;  // cosine between forward and the push of what an edge meets
 constexpr double kForward = 0.2;    // share of an edge's motion that must go forward for it to cut
@@ -115,7 +114,7 @@ class Thickness {
     if (empty() || !(length > 0)) return 0;
     const double step = std::clamp(0.5 * thinnest_, length / kMostSamples, length / kEdgeSamples);
     // From outside no step leads over the material, however long the edge is.
-    const double step_outside = std::clamp(0.5 * thinnest_, length / kMostSteps, step);
+    const double step_outside = std::clamp(0.5 * thinnest_, length / kStepsOutside, step);
     const auto place = [&](double at) { return lerp(from, to, at / length); };
     const auto border = [&](double outside, double in) {
       for (int i = 0; i < kBorderHalvings; ++i) {

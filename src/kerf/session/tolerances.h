@@ -30,6 +30,10 @@ inline constexpr double kBesideBlade = 0.1;
 /// Mean collision edges between the places at which an edge that lies along the skin is felt. Edges that stand across the thickness are felt at both ends of it.
 inline constexpr double kSampled = 0.5;
 
+/// Parts of an edge that a step along it outside of material is at least, for material without thickness. At half, an edge 8,192 half thicknesses long may lead
+/// over it unseen; at double, a step takes longer where a long edge lies just beside such material.
+inline constexpr int kStepsOutside = 16384;
+
 /// How often the way between two samples of an edge, half a half thickness, is halved to find where the edge enters the material. At half, its length inside is off by up to a
 /// 64th of the thickness; this by up to a thousandth, and at double by nothing that shows.
 inline constexpr int kBorderHalvings = 8;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "cutting/cut_body.h"
@@ -80,6 +81,44 @@ TEST(Flanks, TrianglesThatTurnOverAtTheTipDoNotChangeALipsSide) {
         }
   }
   EXPECT_GT(turned, 0);
+}
+
+// The edge passes the end of the slit at every lean, and only in the middle surface: above and below, a slanting edge is ahead of the wall or
+// behind it.
+TEST(Flanks, ASlantingEdgeMeetsTheEndAheadWhereItIsCut) {
+  SlitSheet sheet;
+  const SurfaceState state{&sheet.surface, sheet.position, sheet.offset, sheet.position};
+  constexpr double kStray = 5 * kRadius;
+  for (const double lean : {-1.2, -0.6, 0.0, 0.6, 1.2}) {
+    const Vec3 edge{0, std::sin(lean), std::cos(lean)}, forward{0, std::cos(lean), -std::sin(lean)};
+    const double length = 6 * kRadius;
+    const auto gaps = [&](double past) {
+      RigidShape shape;
+      shape.position = Vec3{0.48, kTip, 0} + past * forward - 0.5 * length * edge;
+      shape.axes = {{forward, cross(edge, forward), edge}};
+      Blade blade{&shape, 0, length, 0.5, 0.1 * kRadius};
+      blade.margin = 10 * kRadius;
+      blade.stray = kStray;
+      Slit slit;
+      DetectMemory memory;
+      find_slit(state, blade, memory, slit);
+      // Known for long: what the blade comes past at first sight is let be.
+      for (SlitVertex& v : slit.vertices)
+        memory.rims.push_back({.tool = 0, .vertex = v.vertex, .side = v.side, .end = v.end});
+      std::vector<Contact> contacts;
+      detect_flanks(state, blade, slit, memory, contacts);
+      std::vector<double> found;
+      for (const Contact& c : contacts)
+        if (dot(c.normal, forward) > 0.99) found.push_back(c.gap);
+      return found;
+    };
+    const double least = 0.2 * kRadius + kStray;  // the wedge is two thicknesses long
+    for (const double past : {0.0, 0.5 * least, 0.9 * least, least + 0.1 * kRadius}) {
+      const std::vector<double> found = gaps(past);
+      ASSERT_EQ(found.size(), 2u) << lean;
+      for (const double gap : found) EXPECT_NEAR(gap, least - past, 1e-12) << lean;
+    }
+  }
 }
 
 }  // namespace

@@ -63,8 +63,11 @@ std::int32_t number_of(const Slit& slit, V v) {
   return static_cast<std::int32_t>(at - slit.vertices.begin());
 }
 
-/// Of an end of the slit at x.
-double end_gap(const Blade& b, int end, double x) { return end < 0 ? -b.width - x : x + wedge_of(b) + b.stray; }
+/// Of an end of the slit whose middle is at x, where its wall is `offset` from there. The wall behind the blade stands as it was cut; the one ahead
+/// is what the edge is cutting, and leans as the edge does.
+double end_gap(const Blade& b, int end, double x, double offset) {
+  return end < 0 ? -b.width - (x + offset) : x + wedge_of(b) + b.stray;
+}
 
 /// What is known of a rim's vertex: as it lies while the edge passes, as it was, or as it is when the blade comes to an old cut.
 /// Overlap alone counts: a lip that has been opened must not be taken for one that lies farther out.
@@ -78,7 +81,8 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
   s.known.end = s.end;
   const bool fresh = s.local.x > -wedge_of(b), same_end = before && before->end == s.end;
   for (std::size_t k = 0; k < 2; ++k) {
-    const Vec3 x = s.local + (k == 0 ? -1.0 : 1.0) * s.offset;
+    const double lift = k == 0 ? -1 : 1;
+    const Vec3 x = s.local + lift * s.offset;
     const double most = b.stray + std::fabs(s.offset.y), drift = kDrift * radius * b.step;
     double beside =
         std::clamp(x.y, s.side < 0 ? 0.0 : -most, s.side > 0 ? 0.0 : most);  // of a tip, for the lip that lies inside
@@ -87,7 +91,8 @@ void know(const Blade& b, double radius, const DetectMemory& memory, SlitVertex&
       beside = fresh ? std::clamp(beside, std::min(known, 0.0) - drift, std::max(known, 0.0) + drift) : known;
     }
     s.known.beside[k] = beside;
-    const double deep = std::max(0.0, -end_gap(b, s.end, x.x));  // material that the blade has not left yet
+    const double deep =
+        std::max(0.0, -end_gap(b, s.end, s.local.x, lift * s.offset.x));  // material that the blade has not left yet
     s.known.deep[k] = same_end ? std::min(before->deep[k], deep) : deep;
   }
   const double wanted = s.side == 0 ? 0 : 0.5 * b.thickness * s.freedom;
@@ -177,7 +182,7 @@ void touch_end(const Blade& b, const ContactName& name, int end, const RimPlace&
   if (!wall(b, p, low, high)) return;
   const auto gap = [&](double lift) {
     const double t = 0.5 * (1 + lift);
-    return end_gap(b, end, p.local.x + lift * p.offset.x) + (1 - t) * p.deep[0] + t * p.deep[1];
+    return end_gap(b, end, p.local.x, lift * p.offset.x) + (1 - t) * p.deep[0] + t * p.deep[1];
   };
   hand_out_wall(b, name, p, {static_cast<double>(end), 0, 0}, contacts, gap(low), gap(high), low, high);
 }

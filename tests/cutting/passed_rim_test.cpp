@@ -5,10 +5,13 @@
 #include <cmath>
 #include <vector>
 
+#include "cutting/cut_body.h"
 #include "kerf/binding/collision_mesh_build.h"
 
 namespace kerf::passed_rim_test {
 namespace {
+
+using testing_support::CutBody;
 
 /// A hexagon about a tip. The side between 1 and 2 is a rim; a ring of faces goes on beyond the others.
 ///
@@ -65,6 +68,25 @@ TEST(PassedRim, IsSeenInAStrandThatHasRolledOnItsSide) {
   for (Vec3& x : h.position) x = {x.x, 0.01 * x.y, x.y};  // it stands along the edge
   EXPECT_FALSE(h.passed({0.2, 0.01 * kRim - 1e-6, 0.5}).valid());
   EXPECT_TRUE(h.passed({0.2, 0.01 * kRim + 1e-6, 0.5}).valid());
+}
+
+// The plane of a blade that is beside the path goes through the rim beside the mouth, behind the edge.
+TEST(PassedRim, IsNotTheOneThatThePathCameInThrough) {
+  CutBody sheet = CutBody::sheet(2, true);
+  sheet.cut({{0.44, -0.1, 0}, {0.44, 0.1, 0}, {0.47, 0.105, 0}});
+  const CollisionMesh& mesh = sheet.body.collision;
+  const Vec3 end{0.47, 0.105, 0};
+  std::vector<Vec3> position;
+  CollisionVertex tip;
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count())) {
+    position.push_back(mesh.rest[v]);
+    if (mesh.on_border(v) && (!tip.valid() || norm(mesh.rest[v] - end) < norm(mesh.rest[tip] - end))) tip = v;
+  }
+  ASSERT_TRUE(tip.valid());
+  for (const double x : {0.38, 0.42, 0.45, 0.46, 0.47}) {
+    const PassingEdge edge{{{x, 0.13, -1}, {x, 0.13, 1}}, {0, 1, 0}, 0, 0.1};
+    EXPECT_FALSE(passed_rim(mesh, position, tip, edge).exists()) << x;
+  }
 }
 
 }  // namespace

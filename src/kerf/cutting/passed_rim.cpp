@@ -9,6 +9,11 @@ PassedRim passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, 
   const Vec3 along = (1 / length) * (edge.tip - edge.base), aside = cross(along, passing.into);
   PassedRim passed;
   double most = passing.least;
+  const auto after = [&](CollisionVertex v) { return mesh.to(mesh.fan_start(v)); };
+  const auto before = [&](CollisionVertex v) { return mesh.from(mesh.border_into(v)); };
+  // The way of the path at the tip, at rest.
+  const Vec3 path =
+      mesh.on_border(tip) ? mesh.rest[tip] - 0.5 * (mesh.rest[after(tip)] + mesh.rest[before(tip)]) : Vec3{};
   const auto look_across = [&](CollisionVertex v) {
     mesh.for_each_outgoing(v, [&](CollisionHalfEdge h) {
       const CollisionHalfEdge rim = CollisionMesh::next(h);
@@ -18,7 +23,10 @@ PassedRim passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, 
       const Vec3 a = position[mesh.from(rim).index()] - edge.base, b = position[mesh.to(rim).index()] - edge.base;
       const double from = dot(a, aside), to = dot(b, aside);
       if (!(from * to < 0)) return true;
-      const Vec3 crossing = lerp(a, b, from / (from - to));
+      const double fraction = from / (from - to);
+      const Vec3 crossing = lerp(a, b, fraction),
+                 there = lerp(mesh.rest[mesh.from(rim)], mesh.rest[mesh.to(rim)], fraction);
+      if (dot(there - mesh.rest[tip], path) < 0) return true;
       const double at = dot(crossing, along), behind = -dot(crossing, passing.into);
       if (at >= 0 && at <= length && behind > most) most = behind, passed = {v, rim};
       return true;
@@ -29,8 +37,6 @@ PassedRim passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, 
   const auto is_beside = [&](CollisionVertex v) {
     return v != tip && !mesh.on_rim(v) && norm(mesh.rest[v] - mesh.rest[tip]) < passing.around;
   };
-  const auto after = [&](CollisionVertex v) { return mesh.to(mesh.fan_start(v)); };
-  const auto before = [&](CollisionVertex v) { return mesh.from(mesh.border_into(v)); };
   for (CollisionVertex v = after(tip); is_beside(v); v = after(v)) look_across(v);
   for (CollisionVertex v = before(tip); is_beside(v); v = before(v)) look_across(v);
   return passed;

@@ -31,7 +31,8 @@ struct PassingEdge {
   double around = 0;  ///< metres at rest: lips so near to a tip are looked at too
 };
 
-/// The rim that the edge has left farthest behind itself, of those across from a tip and from its lips, or none. `position`: metres, per vertex. Cost: the
+/// The rim that the edge has left farthest behind itself, of those across from a tip and from its lips, or none. Strands are ahead of a tip at rest: the
+/// rim that its path came in through is not one. `position`: metres, per vertex. Cost: the
 /// faces around those vertices.
 PassedRim passed_rim(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionVertex tip,
                      const PassingEdge& passing);

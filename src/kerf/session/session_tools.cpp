@@ -413,7 +413,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
                    passes_fronts(now, way);
   if (passed && comes_up)
     state.stroke->blade.edge = now + -(*passed + kLeastWay * state.body.complex.mean_root_edge) * forward;
-  const bool gone_by = resisted && note_passed_rims(now, forward, most);
+  const bool gone_by = !scissors && note_passed_rims(now, forward, most);
   if (comes_up || gone_by) KERF_TRY(move_blade(now));
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
   return {};

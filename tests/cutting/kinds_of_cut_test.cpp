@@ -1,6 +1,8 @@
 // The kinds of cuts that surgeons and cooks make, on open sheets and closed bodies, against counts and measures known
 // beforehand. Every cut is followed by validate_complex.
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "cutting/cut_body.h"
 
@@ -222,6 +224,24 @@ TEST_P(KindsOfCut, FineTolerances) {
   cut(b, circle_points({0.5, 0.5, 0}, 1.0 / 3, 100));
   cut(b, {{0.5, 0.5, 0}, {0.5 + 1e-3, 1.1, 0}});
   EXPECT_GE(b.pieces(), 4);
+}
+
+// Where its rays meet there are only crumbs. The ray towards the hole is eight minimum features long, and parts material all the same.
+TEST_P(KindsOfCut, AStarBesideAHoleWithTheLargestMinimumFeature) {
+  SyntheticOptions o;
+  o.closed = GetParam();
+  o.subdivisions = 1;
+  for (int i = 0; i < 40; ++i) {
+    CutBody b(annulus_mesh(0.25, 1, 24, 9), o);
+    b.options.minimum_feature = 0.25;
+    const double towards = 0.05 + 0.01 * i;
+    const auto point = [](double r, double angle) { return Vec3{r * std::cos(angle), r * std::sin(angle), 0}; };
+    const Vec3 centre = point(0.39, towards);
+    for (int ray = 0; ray < 4; ++ray)
+      b.cut({centre, centre + point(2.5, towards + 1.24 + 0.5 * std::numbers::pi * ray)}, false);
+    EXPECT_EQ(b.refused, 0) << i;
+    EXPECT_GE(b.pieces(), 4) << i;
+  }
 }
 
 TEST_P(KindsOfCut, EveryScaleAndPlace) {

@@ -128,7 +128,9 @@ UncutReason PathOpening::unlink_all() {
       ++i;
     }
     if (!is_held) break;
-    if (made_length() < cut::kCrumbPath * feature_) return UncutReason::kCrumbs;
+    const double short_path =
+        std::min(cut::kCrumbPath * feature_, cut::kMostCrumbPath * ground_.cut.body.mean_root_edge);
+    if (made_length() < short_path) return UncutReason::kCrumbs;
     // What an edge that stays has left alone would have both lips between the same two vertices.
     std::size_t kept = 0;
     for (std::size_t i = 0; i < edges_.size(); ++i)

@@ -13,7 +13,7 @@
 namespace kerf {
 
 /// Reads a mesh; the extension (.obj, .ply, .stl, .off, any case) names the format, and the content must
-/// agree. Polygons become fans of triangles. Texture coordinates and groups (OBJ: usemtl, or g where there is
+/// agree. Polygons become triangles (polygon_faces.h). Texture coordinates and groups (OBJ: usemtl, or g where there is
 /// no usemtl; PLY: the face property `group`) are kept per triangle; STL corners at the very same place
 /// become one vertex. The mesh is as the file has it, unchecked but for this: there are triangles, all
 /// corners exist, all positions are finite. Everything else, with repairs: check_surface. Bad input gets an

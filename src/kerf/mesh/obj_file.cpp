@@ -7,6 +7,7 @@
 #include "kerf/mesh/first_seen.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/mesh_limits.h"
+#include "kerf/mesh/polygon_faces.h"
 #include "kerf/mesh/text_scanner.h"
 #include "kerf/mesh/whole_file.h"
 
@@ -201,6 +202,7 @@ class ObjReader {
     if (triangles_.size() + face_.size() - 2 > kMaxTriangles) {
       return error("more triangles than 32-bit ids can name; split the mesh");
     }
+    if (face_.size() > 3) polygons_.push_back({triangles_.size(), face_.size(), scanner_.line()});
     for (std::size_t i = 2; i < face_.size(); ++i) {
       const Corner corners[3] = {face_[0], face_[i - 1], face_[i]};
       triangles_.push_back({VertexId(corners[0].vertex), VertexId(corners[1].vertex), VertexId(corners[2].vertex)});
@@ -252,6 +254,8 @@ class ObjReader {
         }
       }
     }
+    if (const PolygonFace* face = fit_polygon_faces(polygons_, mesh))
+      return error_at(face->place, too_many_corners(*face));
     mesh.group.raw() = std::move(uses_materials_ ? material_groups_ : object_groups_);
     if (group_names != nullptr) *group_names = (uses_materials_ ? materials_ : objects_).take_names();
     return mesh;
@@ -263,6 +267,7 @@ class ObjReader {
   std::vector<Vec2f> texture_;
   std::vector<std::array<VertexId, 3>> triangles_;
   std::vector<std::array<std::int32_t, 3>> texture_corners_;
+  std::vector<PolygonFace> polygons_;  // of more than three corners
   std::vector<std::int32_t> material_groups_, object_groups_;
   GroupNumbers materials_, objects_;
   std::int32_t material_ = -1, object_ = -1;

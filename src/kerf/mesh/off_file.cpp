@@ -2,6 +2,7 @@
 
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/mesh_limits.h"
+#include "kerf/mesh/polygon_faces.h"
 #include "kerf/mesh/text_scanner.h"
 
 namespace kerf {
@@ -97,6 +98,7 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
   }
   mesh.triangles.reserve(face_count);
   std::vector<VertexId> face;
+  std::vector<PolygonFace> polygons;  // of more than three corners
   for (std::uint64_t f = 0; f < face_count; ++f) {
     scanner.skip_empty_lines('#');
     if (scanner.at_end()) {
@@ -123,6 +125,7 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
     if (mesh.triangles.size() + face.size() - 2 > kMaxTriangles) {
       return error("more triangles than 32-bit ids can name; split the mesh");
     }
+    if (face.size() > 3) polygons.push_back({mesh.triangles.size(), face.size(), f + 1});
     for (std::size_t i = 2; i < face.size(); ++i) {
       mesh.triangles.push_back({face[0], face[i - 1], face[i]});
       if (has_texture) {
@@ -136,6 +139,8 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
   if (!scanner.at_end()) {
     return error(fmt::format("{} faces were promised and read, but more follows; correct the counts", face_count));
   }
+  if (const PolygonFace* late = fit_polygon_faces(polygons, mesh))
+    return bad_input(fmt::format("{}: face {}: {}", name, late->place, too_many_corners(*late)));
   return mesh;
 }
 

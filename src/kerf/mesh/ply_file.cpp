@@ -7,6 +7,7 @@
 
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/mesh_limits.h"
+#include "kerf/mesh/polygon_faces.h"
 #include "kerf/mesh/text_scanner.h"
 #include "kerf/mesh/whole_file.h"
 
@@ -508,6 +509,7 @@ class PlyReader {
       if (triangles_.size() + corners.size() - 2 > kMaxTriangles) {
         return error_in(source, "more triangles than 32-bit ids can name; split the mesh");
       }
+      if (corners.size() > 3) polygons_.push_back({triangles_.size(), corners.size(), static_cast<std::size_t>(i) + 1});
       for (std::size_t c = 2; c < corners.size(); ++c) {
         const std::size_t fan[3] = {0, c - 1, c};
         triangles_.push_back({VertexId(corners[fan[0]]), VertexId(corners[fan[1]]), VertexId(corners[fan[2]])});
@@ -539,6 +541,8 @@ class PlyReader {
         for (std::size_t i = 0; i < 3; ++i) mesh.texture[t][i] = vertex_texture_[mesh.triangles[t][i].index()];
       }
     }
+    if (const PolygonFace* face = fit_polygon_faces(polygons_, mesh))
+      return bad_input(fmt::format("{}: face {}: {}", name_, face->place, too_many_corners(*face)));
     return mesh;
   }
 
@@ -555,6 +559,7 @@ class PlyReader {
   std::vector<std::array<VertexId, 3>> triangles_;
   std::vector<std::array<Vec2f, 3>> face_texture_;
   std::vector<std::int32_t> groups_;
+  std::vector<PolygonFace> polygons_;  ///< of more than three corners
 };
 
 template <class T>

@@ -70,8 +70,8 @@ std::vector<Vec2> comb(int teeth) {
 
 TEST(PolygonFaces, AreCoveredOnce) {
   expect_covered_anyhow({{0, 0}, {1, 0}, {1, 1}, {0, 1}});
-  expect_covered_anyhow({{0, 0}, {2, 0}, {0.5, 0.5}, {0, 2}});                          // an arrow's head
-  expect_covered_anyhow({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}});              // L
+  expect_covered_anyhow({{0, 0}, {2, 0}, {0.5, 0.5}, {0, 2}});                              // an arrow's head
+  expect_covered_anyhow({{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}});                  // L
   expect_covered_anyhow({{0, 0}, {1, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}, {0, 1}});  // corners on straight sides
   expect_covered_anyhow({{0, 0}, {3, 0}, {3, 2}, {2, 2}, {2, 1}, {1, 1}, {1, 2}, {0, 2}});  // U
   expect_covered_anyhow(star(12, 0.4));
@@ -112,8 +112,9 @@ TEST(PolygonFaces, AreGivenUpAfterAWhile) {
   for (std::size_t i = 0; i < corners.size(); ++i) obj += fmt::format(" {}", i + 1);
   const auto read = parse_obj(obj, "comb.obj");
   ASSERT_FALSE(read.ok());
-  EXPECT_EQ(read.error().message,
-            "comb.obj:200003: a face with 200002 corners is not convex, and takes too long to be divided; export the mesh with triangles");
+  EXPECT_EQ(
+      read.error().message,
+      "comb.obj:200003: a face with 200002 corners is not convex, and takes too long to be divided; export the mesh with triangles");
 }
 
 TEST(PolygonFaces, ThatAreNotSimpleHaveTheirTrianglesOrNone) {

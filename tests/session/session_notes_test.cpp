@@ -104,6 +104,11 @@ TEST(SessionNotes, ABladeThatCutsNothingIsNoted) {
               ElementsAre(AllOf(StartsWith("scene.toml:6: the blade cut nothing: its edge passes through no"),
                                 HasSubstr("(world coordinates, metres); move its poses onto the body"))));
   EXPECT_THAT(notes_of(blade("frame = \"rest\"\n" + far), 3), ElementsAre(HasSubstr("(rest coordinates, metres)")));
+  const std::string shallow =
+      "poses = [{ time = 0, base = [0, -0.02, 0.01], tip = [0, -0.02, 0.0005] }, { time = 0.01, base = [0, 0.02, 0.01], tip = [0, 0.02, 0.0005] }]\n";
+  EXPECT_THAT(
+      notes_of(blade(shallow), 3),
+      ElementsAre(AllOf(HasSubstr("its edge ends in the thickness before the middle"), HasSubstr("lead it deeper"))));
 }
 
 TEST(SessionNotes, AShaverThatMeetsNoCutIsNoted) {
@@ -267,6 +272,7 @@ TEST(SessionNotes, ABladeThatLeansSaysHowFarItsLipsLieBesideIt) {
   EXPECT_THAT(notes({0, 0.8, 0}), ElementsAre(AllOf(StartsWith("the blade leaned: near ("),
                                                     HasSubstr("up to 0.0073 m beside where the blade"))))
       << "0.8 of half the thickness";
+  EXPECT_THAT(notes({0, 3.5, 0}), ElementsAre(HasSubstr("up to 0.032 m beside where the blade"))) << "by 74 degrees";
 }
 
 std::string tube_cut(const char* more) {

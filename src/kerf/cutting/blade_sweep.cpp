@@ -495,7 +495,7 @@ class Sweep {
   void note_leaning(const BladeArc& arc) {
     if (!target_.complex.closed || strip_.stands || arc.crossings.empty()) return;
     for (const F face : arc.faces) {
-      if (lies_along(face, cut::kPathLeans)) continue;
+      if (lies_along(face, cut::kPathFlat)) continue;
       const H h = CollisionMesh::corner(face, 0);
       const std::array<V, 3> v = {mesh().from(h), mesh().to(h), mesh().apex(h)};
       const double half = (norm(mesh().offset[v[0]]) + norm(mesh().offset[v[1]]) + norm(mesh().offset[v[2]])) / 3;

@@ -67,7 +67,8 @@ class Ears {
       after_[at(a)] = c;
       before_[at(c)] = a;
       before_[at(i)] = kGone;
-      left_ -= static_cast<std::size_t>(dented[0] && turns_left(a)) + static_cast<std::size_t>(dented[1] && turns_left(c));
+      left_ -=
+          static_cast<std::size_t>(dented[0] && turns_left(a)) + static_cast<std::size_t>(dented[1] && turns_left(c));
       if (2 * left_ < dents_.size()) forget_old_dents();
       --ring;
       since = 0;
@@ -80,9 +81,7 @@ class Ears {
   static constexpr std::int32_t kGone = -1;
   static std::size_t at(std::int32_t i) { return static_cast<std::size_t>(i); }
   Vec2 point(std::int32_t i) const { return p_[at(i)]; }
-  bool turns_left(std::int32_t i) const {
-    return orient(point(before_[at(i)]), point(i), point(after_[at(i)])) > 0;
-  }
+  bool turns_left(std::int32_t i) const { return orient(point(before_[at(i)]), point(i), point(after_[at(i)])) > 0; }
   bool is_dent(std::int32_t i) const { return before_[at(i)] != kGone && !turns_left(i); }
   void forget_old_dents() {
     std::erase_if(dents_, [&](std::int32_t i) { return !is_dent(i); });
@@ -93,8 +92,8 @@ class Ears {
     if (!turns_left(i)) return false;
     const Vec2 a = point(before_[at(i)]), b = point(i), c = point(after_[at(i)]);
     const double low = std::min({a.x, b.x, c.x}), high = std::max({a.x, b.x, c.x});
-    const auto first = std::lower_bound(dents_.begin(), dents_.end(), low,
-                                        [&](std::int32_t d, double x) { return point(d).x < x; });
+    const auto first =
+        std::lower_bound(dents_.begin(), dents_.end(), low, [&](std::int32_t d, double x) { return point(d).x < x; });
     for (auto d = first; d != dents_.end() && point(*d).x <= high; ++d) {
       ++tests_;
       const Vec2 q = point(*d);
@@ -150,8 +149,9 @@ const PolygonFace* fit_polygon_faces(std::span<const PolygonFace> faces, Triangl
 }
 
 std::string too_many_corners(const PolygonFace& face) {
-  return fmt::format("a face with {} corners is not convex, and takes too long to be divided; export the mesh with triangles",
-                     face.corners);
+  return fmt::format(
+      "a face with {} corners is not convex, and takes too long to be divided; export the mesh with triangles",
+      face.corners);
 }
 
 }  // namespace kerf

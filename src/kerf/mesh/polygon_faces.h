@@ -26,7 +26,8 @@ struct PolygonFace {
 };
 
 struct PolygonTriangles {
-  std::vector<std::array<std::int32_t, 3>> corners;  ///< numbers of the polygon's corners; none: it has no ears, so it is not simple
+  std::vector<std::array<std::int32_t, 3>>
+      corners;            ///< numbers of the polygon's corners; none: it has no ears, so it is not simple
   bool too_long = false;  ///< given up: ears were looked for too long (kMostTests)
 };
 /// Looks at corners that may lie in an ear: so many and so many times the corners, at most. Half a second.

@@ -216,6 +216,8 @@ struct Session::Impl {
   void note_leaning();
   /// The stroke of a command is over and has changed nothing.
   void note_idle_stroke();
+  /// Is an end of the edge, at some pose, nearer to the mid-surface than the material is thick?
+  bool ends_in_thickness(const ActiveStroke& stroke);
   /// How a body is called in messages.
   [[nodiscard]] std::string name_of_body(std::int32_t body) const;
 

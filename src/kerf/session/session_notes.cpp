@@ -22,6 +22,8 @@ constexpr double kSameLayer = 1;
 constexpr int kMostUncutNotes = 20;
 /// As many whose blades lean.
 constexpr int kMostLeaningNotes = 20;
+/// On the way of a stroke that has cut nothing, where it is asked whether the edge ends in material.
+constexpr int kPlacesLookedAt = 32;
 /// Relative: sums of decimal fractions end a few bits late.
 constexpr double kSameTime = 1e-9;
 
@@ -155,11 +157,49 @@ void Session::Impl::note_idle_stroke() {
   const ActiveStroke& stroke = *state.stroke;
   // Who leads a blade by hand sees what it meets; what was refused has a note of its own.
   if (!stroke.from_command || state.strokes.back().refused > 0) return;
-  add_note(fmt::format("{}{} ({} coordinates, metres); {}", stroke.place,
-                       stroke.shaving ? "the shaver took nothing off: it meets no cut surface on its way"
-                                      : "the blade cut nothing: its edge passes through no uncut material on its way",
-                       stroke.frame == SceneFrame::kRest ? "rest" : "world",
-                       stroke.shaving ? "move its poses onto the wall of a cut" : "move its poses onto the body"));
+  std::string_view what = "the blade cut nothing: its edge passes through no uncut material on its way",
+                   way_out = "move its poses onto the body";
+  if (stroke.shaving) {
+    what = "the shaver took nothing off: it meets no cut surface on its way";
+    way_out = "move its poses onto the wall of a cut";
+  } else if (ends_in_thickness(stroke)) {
+    what =
+        "the blade cut nothing: its edge ends in the thickness before the middle, and a body is cut where its middle is";
+    way_out = "lead it deeper";
+  }
+  add_note(fmt::format("{}{} ({} coordinates, metres); {}", stroke.place, what,
+                       stroke.frame == SceneFrame::kRest ? "rest" : "world", way_out));
+}
+
+bool Session::Impl::ends_in_thickness(const ActiveStroke& stroke) {
+  const CollisionMesh& mesh = state.body.complex.collision;
+  const std::vector<Vec3>& positions = stroke.frame == SceneFrame::kRest ? mesh.rest.raw() : deformed_collision();
+  const auto near = [&](Vec3 p) {
+    for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
+      std::array<Vec3, 3> x;
+      double half = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const CollisionVertex v = mesh.origin[CollisionMesh::corner(f, static_cast<int>(k))];
+        x[k] = positions[v.index()];
+        half = std::max(half, norm(mesh.offset[v]));
+      }
+      ClosestPoint found;
+      closest_point(p, x, found);
+      if (found.distance < half) return true;
+    }
+    return false;
+  };
+  const auto& poses = stroke.command.poses;
+  if (stroke.command.tool == SceneTool::kLine) return false;  // it has no end
+  const double last = static_cast<double>(poses.size() - 1);
+  for (int k = 0; k <= kPlacesLookedAt; ++k) {
+    const double at = last * k / kPlacesLookedAt;
+    const std::size_t i = std::min(static_cast<std::size_t>(at), poses.size() - 1),
+                      next = std::min(i + 1, poses.size() - 1);
+    const double t = at - static_cast<double>(i);
+    if (near(lerp(poses[i].base, poses[next].base, t)) || near(lerp(poses[i].tip, poses[next].tip, t))) return true;
+  }
+  return false;
 }
 
 void Session::Impl::note_slowing(const StepReport& report) {

@@ -212,9 +212,10 @@ Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const
                                     filter.spike_places[0].y + centre.y, filter.spike_places[0].z + centre.z));
   if (filter.smoothing_steps > 0)
     out.notes.push_back(fmt::format(
-        "the surface is rough (neighbouring triangles turn by {:.0f} degrees, {:.0f} % of them by more than 20); "
-        "a copy smoothed {} times was used to find the middle",
-        filter.roughness * 57.29577951308232, 100 * filter.steps, filter.smoothing_steps));
+        "at {:.0f} % of the edges neighbouring triangles turn by more than 20 degrees, at half of all by more than {:.0f}, as on scans; a copy "
+        "smoothed {} was used to find the middle",
+        100 * filter.steps, filter.roughness * 57.29577951308232,
+        filter.smoothing_steps == 1 ? "once" : fmt::format("{} times", filter.smoothing_steps)));
   if (own.pairs > 0)
     out.notes.push_back(
         fmt::format("the surface passes through itself at {} pairs of triangles{}, the first near {}: repair it there, "

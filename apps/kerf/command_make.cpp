@@ -7,6 +7,7 @@
 #include "command_files.h"
 #include "exit_status.h"
 #include "folder.h"
+#include "kerf/base/shown_text.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/whole_file.h"
 #include "terminal.h"
@@ -34,12 +35,37 @@ std::string scene_text(const MakeOptions& options, const Model& model) {
   return out;
 }
 
+/// Work that somebody has put into a file since is not lost unasked.
+Status check_kept(const MakeOptions& options, const Model& model, const std::vector<CommandFile>& outputs) {
+  const bool obj = options.format == "obj";
+  const auto holds = [&](const std::string& file, const TriangleMesh& mesh) {
+    return obj ? holds_obj(file, mesh) : holds_ply(file, mesh);
+  };
+  const auto is_as_made = [&](std::size_t i, const std::string& file) {
+    if (i < 2) return holds(file, i == 0 ? model.visual : model.collision);
+    ComparedFile scene(file);
+    scene.write(scene_text(options, model));
+    return scene.is_same();
+  };
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(outputs[i].path, code)) continue;  // check_places has a word for what is none
+    const std::string file = outputs[i].path.string();
+    if (!is_as_made(i, file))
+      return bad_input(fmt::format(
+          "{}: is there already, and is not what would be written; give another folder (--out), or let it be replaced (--replace)",
+          shown(file)));
+  }
+  return {};
+}
+
 Status write(const MakeOptions& options, const Model& model) {
   const auto name_of = [&](const char* mesh) { return fmt::format("{}.{}", mesh, options.format); };
   const auto file = [&](const char* mesh) { return (options.out / name_of(mesh)).string(); };
   const std::vector<CommandFile> outputs =
       results_in(options.out, {name_of("visual"), name_of("collision"), "scene.toml"});
   KERF_TRY(check_outputs({}, outputs));
+  if (!options.replace) KERF_TRY(check_kept(options, model, outputs));
   KERF_TRY(make_folder(options.out));
   KERF_TRY(check_places(outputs));
   const bool obj = options.format == "obj";

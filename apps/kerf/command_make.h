@@ -13,6 +13,7 @@ struct MakeOptions {
   ModelOptions options;
   std::filesystem::path out;
   std::string format = "obj";  ///< obj or ply
+  bool replace = false;        ///< files in the folder that have other bytes, too
 };
 
 /// Generates a model and writes visual and collision mesh and a scene that uses them. Returns the exit

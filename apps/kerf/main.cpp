@@ -164,6 +164,7 @@ void add_make(CLI::App& app, MakeOptions& options, std::function<int()>& chosen)
   command->add_option("--format", options.format, "obj or ply")
       ->check(CLI::IsMember({"obj", "ply"}))
       ->capture_default_str();
+  command->add_flag("--replace", options.replace, "Replace files in the folder that are not what would be written");
   std::string models;
   for (const ModelName& model : model_names()) {
     models += "  " + std::string(model.name) + std::string(model.name.size() < 14 ? 14 - model.name.size() : 1, ' ') +

@@ -353,13 +353,47 @@ TEST_F(Faults, FilesOverALimitLeaveTheOldOnes) {
   ASSERT_EQ(kerf({"make", "steak", "-o", in("steak")}).status, 0);
   const std::string before = contents(in("steak/visual.obj"));
   const Outcome made =
-      kerf({"make", "steak", "--noise", "0.0001", "-o", in("steak")}, [] { limit(RLIMIT_FSIZE, 20000); });
+      kerf({"make", "steak", "--noise", "0.0001", "--replace", "-o", in("steak")}, [] { limit(RLIMIT_FSIZE, 20000); });
   EXPECT_EQ(made.signal, 0);
   EXPECT_EQ(made.status, 1) << made.text;
   EXPECT_THAT(made.text, HasSubstr("visual.obj"));
   EXPECT_THAT(made.text, HasSubstr("free space"));
   EXPECT_EQ(contents(in("steak/visual.obj")), before);
   EXPECT_THAT(left_over(), testing::IsEmpty());
+}
+
+// What somebody has put into a file since is not lost unasked.
+TEST_F(Faults, MakeReplacesNoWorkUnasked) {
+  for (const std::string format : {"obj", "ply"}) {
+    const std::string folder = in(format), scene = folder + "/scene.toml", visual = folder + "/visual." + format;
+    const auto make = [&](std::vector<std::string> more) {
+      more.insert(more.begin(), {"make", "strip", "--format", format, "-o", folder});
+      return kerf(more);
+    };
+    ASSERT_EQ(make({}).status, 0);
+    const std::string scene_before = contents(scene), visual_before = contents(visual);
+    EXPECT_EQ(make({}).status, 0) << "the same bytes";
+    const auto refused = [&](const Outcome& out, const std::string& file) {
+      EXPECT_EQ(out.status, 2) << out.text;
+      EXPECT_THAT(out.text, HasSubstr("kerf: " + file + ": is there already"));
+      EXPECT_THAT(out.text, HasSubstr("--out"));
+      EXPECT_THAT(out.text, HasSubstr("--replace"));
+    };
+    std::ofstream(scene, std::ios::app) << "# my work\n";
+    refused(make({}), scene);
+    EXPECT_EQ(contents(scene), scene_before + "# my work\n");
+    refused(kerf({"make", "tube", "--format", format, "-o", folder}), visual);
+    EXPECT_EQ(contents(visual), visual_before);
+    EXPECT_EQ(make({"--replace"}).status, 0);
+    EXPECT_EQ(contents(scene), scene_before);
+    // Cut off, or longer by a byte.
+    std::filesystem::resize_file(visual, visual_before.size() - 1);
+    refused(make({}), visual);
+    std::ofstream(visual, std::ios::binary) << visual_before << '\n';
+    refused(make({}), visual);
+    std::ofstream(visual, std::ios::trunc).close();
+    refused(make({}), visual);
+  }
 }
 
 TEST_F(Faults, ReadOnlyFolder) {
@@ -386,8 +420,10 @@ TEST_F(Faults, KilledWhileSaving) {
   const std::string file = in("body/visual.obj");
   ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "-o", in("body")}).status, 0);
   const std::string one = contents(file);
-  ASSERT_EQ(kerf({"make", "closed-sheet", "--visual-triangles", "30000", "--noise", "0.001", "-o", in("body")}).status,
-            0);
+  ASSERT_EQ(
+      kerf({"make", "closed-sheet", "--visual-triangles", "30000", "--noise", "0.001", "--replace", "-o", in("body")})
+          .status,
+      0);
   const std::string two = contents(file);
   ASSERT_NE(one, two);
   const std::string program = test::program_path();
@@ -399,7 +435,7 @@ TEST_F(Faults, KilledWhileSaving) {
       ::dup2(nowhere, STDOUT_FILENO);
       const std::string noise = i % 2 ? "0" : "0.001", out = in("body");
       ::execl(program.c_str(), program.c_str(), "make", "closed-sheet", "--visual-triangles", "30000", "--noise",
-              noise.c_str(), "-o", out.c_str(), nullptr);
+              noise.c_str(), "--replace", "-o", out.c_str(), nullptr);
       ::_exit(126);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(2 + 5 * i));

@@ -51,7 +51,7 @@ const kinds = {
   bindFiles: { variants: ['1', '0.5'].map((scale) => (out) => ['bind', inside('steak', 'visual.obj'), '-q', '--scale', scale, '-o', path.join(out, 'body.kerf'), '--write-collision', path.join(out, 'middle.obj'), '--diagnose', path.join(out, 'judged.ply')]),
     load: { 'body.kerf': 'info', 'middle.obj': 'info', 'judged.ply': 'info' } },
   cut: { variants: ['0', '0.03'].map((x) => (out) => ['cut', 'strip', '--from', `${x},-0.1,0`, '--to', `${x},0.1,0`, '-o', out]), load: { 'visual.obj': 'info' } },
-  make: { variants: ['0', '0.001'].map((noise) => (out) => ['make', 'closed-sheet', '--visual-triangles', '30000', '--noise', noise, '-o', out]), load: { 'visual.obj': 'info', 'scene.toml': 'info' } },
+  make: { variants: ['0', '0.001'].map((noise) => (out) => ['make', 'closed-sheet', '--visual-triangles', '30000', '--noise', noise, '--replace', '-o', out]), load: { 'visual.obj': 'info', 'scene.toml': 'info' } },
 };
 const timed = new Set(['report.json', 'steps.svg']), temporary = /\.kerf\.part-/;
 const filesIn = (folder) => Object.fromEntries(readdirSync(folder).map((name) => [name, readFileSync(path.join(folder, name))]));

@@ -32,6 +32,10 @@ Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::v
 /// (`group`) where the mesh has them. An existing file is replaced in one go.
 Status write_ply(const std::string& path, const TriangleMesh& mesh);
 
+/// Has the file every byte that write_obj or write_ply would write, and no more? False where it can't be read.
+bool holds_obj(const std::string& path, const TriangleMesh& mesh, const std::vector<std::string>& group_names = {});
+bool holds_ply(const std::string& path, const TriangleMesh& mesh);
+
 /// Numbers of every triangle, for write_coloured_ply.
 struct TriangleColumn {
   std::string name;  ///< a word

@@ -287,15 +287,9 @@ std::string group_name(std::int32_t group, const std::vector<std::string>& names
   return name;
 }
 
-}  // namespace
-
-Result<TriangleMesh> parse_obj(std::string_view bytes, const std::string& name, std::vector<std::string>* group_names) {
-  return ObjReader(bytes, name).read(group_names);
-}
-
-Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::vector<std::string>& group_names) {
-  KERF_TRY(check_writable(path, mesh));
-  ReplacingFile file(path);
+/// Gives the text to a ReplacingFile or a ComparedFile, piece by piece.
+template <class File>
+void put_obj(File& file, const TriangleMesh& mesh, const std::vector<std::string>& group_names) {
   fmt::memory_buffer text;
   auto out = std::back_inserter(text);
   const auto drain = [&](std::size_t limit) {
@@ -343,7 +337,25 @@ Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::v
     drain(kChunk);
   }
   drain(0);
+}
+
+}  // namespace
+
+Result<TriangleMesh> parse_obj(std::string_view bytes, const std::string& name, std::vector<std::string>* group_names) {
+  return ObjReader(bytes, name).read(group_names);
+}
+
+Status write_obj(const std::string& path, const TriangleMesh& mesh, const std::vector<std::string>& group_names) {
+  KERF_TRY(check_writable(path, mesh));
+  ReplacingFile file(path);
+  put_obj(file, mesh, group_names);
   return file.commit();
+}
+
+bool holds_obj(const std::string& path, const TriangleMesh& mesh, const std::vector<std::string>& group_names) {
+  ComparedFile file(path);
+  put_obj(file, mesh, group_names);
+  return file.is_same();
 }
 
 }  // namespace kerf

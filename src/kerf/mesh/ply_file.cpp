@@ -567,15 +567,9 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-}  // namespace
-
-Result<TriangleMesh> parse_ply(std::string_view bytes, const std::string& name) {
-  return PlyReader(bytes, name).read();
-}
-
-Status write_ply(const std::string& path, const TriangleMesh& mesh) {
-  KERF_TRY(check_writable(path, mesh));
-  ReplacingFile file(path);
+/// Gives the bytes to a ReplacingFile or a ComparedFile, piece by piece.
+template <class File>
+void put_ply(File& file, const TriangleMesh& mesh) {
   std::string bytes = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment metres\nelement vertex {}\nproperty double x\nproperty "
       "double y\n"
@@ -603,7 +597,25 @@ Status write_ply(const std::string& path, const TriangleMesh& mesh) {
     if (bytes.size() >= kChunk) drain();
   }
   drain();
+}
+
+}  // namespace
+
+Result<TriangleMesh> parse_ply(std::string_view bytes, const std::string& name) {
+  return PlyReader(bytes, name).read();
+}
+
+Status write_ply(const std::string& path, const TriangleMesh& mesh) {
+  KERF_TRY(check_writable(path, mesh));
+  ReplacingFile file(path);
+  put_ply(file, mesh);
   return file.commit();
+}
+
+bool holds_ply(const std::string& path, const TriangleMesh& mesh) {
+  ComparedFile file(path);
+  put_ply(file, mesh);
+  return file.is_same();
 }
 
 Status write_coloured_ply(const std::string& path, const TriangleMesh& mesh,

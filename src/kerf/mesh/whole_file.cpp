@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "kerf/base/byte_count.h"
 #include "kerf/base/shown_text.h"
@@ -371,6 +372,33 @@ Status keep_names(const std::string& folder) {
   if (error == 0) return {};
   return failed(fmt::format("{}: the names of new files there may not last ({}); check the disk", shown(folder),
                             std::strerror(error)));
+}
+
+ComparedFile::ComparedFile(const std::string& path)
+    : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)), same_(descriptor_ >= 0) {}
+
+ComparedFile::~ComparedFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void ComparedFile::write(std::string_view bytes) {
+  std::vector<char> there(std::min(bytes.size(), kBufferBytes));
+  while (same_ && !bytes.empty()) {
+    const ssize_t got = ::read(descriptor_, there.data(), std::min(bytes.size(), there.size()));
+    if (got < 0 && errno == EINTR) continue;
+    same_ = got > 0 && bytes.starts_with(std::string_view(there.data(), static_cast<std::size_t>(got)));
+    if (same_) bytes.remove_prefix(static_cast<std::size_t>(got));
+  }
+}
+
+bool ComparedFile::is_same() {
+  char more = 0;
+  while (same_) {
+    const ssize_t got = ::read(descriptor_, &more, 1);
+    if (got == 0) break;
+    same_ = got < 0 && errno == EINTR;
+  }
+  return same_;
 }
 
 Status replace_file(const std::string& path, std::string_view bytes) {

@@ -106,6 +106,24 @@ class FolderLock {
 /// can't be asked are no failure.
 Status keep_names(const std::string& folder);
 
+/// Compares bytes as they would be written with those that a file has. Not copyable.
+class ComparedFile {
+ public:
+  explicit ComparedFile(const std::string& path);
+  ComparedFile(const ComparedFile&) = delete;
+  ComparedFile& operator=(const ComparedFile&) = delete;
+  ~ComparedFile();
+
+  /// Compares on from where the last call ended.
+  void write(std::string_view bytes);
+  /// Has the file all that was written, and no more? A file that can't be read has other bytes. Call once.
+  [[nodiscard]] bool is_same();
+
+ private:
+  int descriptor_ = -1;
+  bool same_ = true;
+};
+
 /// Replaces a file by these bytes.
 Status replace_file(const std::string& path, std::string_view bytes);
 

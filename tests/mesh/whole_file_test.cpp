@@ -123,6 +123,48 @@ TEST(WholeFile, WhatSeveralKilledRunsLeftGoesAndWhatALivingOneHasStays) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
 }
 
+// The temporary file has a name that is no longer, and one that no other long name has.
+TEST(WholeFile, ANameMayHaveAllBytesThatTheDiskTakes) {
+  const TemporaryFolder folder;
+  const auto count = [&] { return std::distance(std::filesystem::directory_iterator(folder.path()), {}); };
+  const std::string euro = "\u20ac";
+  std::string letters;
+  while (letters.size() < 250) letters += euro;
+  for (const std::size_t bytes : {242, 243, 244, 250, 255}) {
+    const std::string path = folder.file(std::string(bytes - 5, 'n') + ".kerf");
+    EXPECT_TRUE(check_can_be_written(path).ok()) << bytes;
+    ASSERT_TRUE(replace_file(path, "whole").ok()) << bytes;
+    EXPECT_EQ(TemporaryFolder::get(path), "whole");
+  }
+  ASSERT_TRUE(replace_file(folder.file(letters), "whole").ok());
+  EXPECT_EQ(count(), 6);
+  const std::string one = folder.file(std::string(254, 'x') + "1"), two = folder.file(std::string(254, 'x') + "2");
+  {
+    ReplacingFile first(one), second(two);
+    EXPECT_EQ(count(), 8);
+    first.write("1");
+    second.write("2");
+    ASSERT_TRUE(first.commit().ok() && second.commit().ok());
+  }
+  EXPECT_EQ(TemporaryFolder::get(one) + TemporaryFolder::get(two), "12");
+  // What a killed writer left goes with the next.
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ReplacingFile first(one), again(one);
+    ::_exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(count(), 10);
+  ASSERT_TRUE(replace_file(one, "new").ok());
+  EXPECT_EQ(count(), 8);
+  // A byte more is more than the disk takes.
+  const Status longer = check_can_be_written(folder.file(std::string(256, 'x')));
+  ASSERT_FALSE(longer.ok());
+  EXPECT_NE(longer.error().message.find("too long for this disk"), std::string::npos) << longer.error().message;
+}
+
 TEST(WholeFile, ALinkStaysAndWhatItLeadsToIsReplaced) {
   const TemporaryFolder folder;
   const std::string path = folder.put("a", "old");

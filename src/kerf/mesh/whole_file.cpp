@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "kerf/base/byte_count.h"
+#include "kerf/base/hash.h"
 #include "kerf/base/shown_text.h"
 
 namespace kerf {
@@ -54,10 +55,33 @@ int follow_links(std::string& path) {
   return ELOOP;
 }
 
-constexpr std::string_view kUnfinished = ".kerf.part-";
-std::string temporary_name(const std::string& path, int number) {
-  return fmt::format("{}{}{}", path, kUnfinished, number);
+constexpr long kLongestName = 255;  // bytes that every common disk takes; some say more, as they count letters
+
+/// Bytes that a name in this folder may have.
+std::size_t longest_name(const std::string& folder) {
+  const long said = ::pathconf(folder.c_str(), _PC_NAME_MAX);
+  return static_cast<std::size_t>(said > 0 ? std::min(said, kLongestName) : kLongestName);
 }
+
+constexpr std::string_view kUnfinished = ".kerf.part-";
+
+/// The name of a temporary file beside a file. Where that is longer than names may be, the end of the file's own name is left out, and a
+/// hash of it takes its place.
+std::string temporary_name(const std::string& path, std::string_view number) {
+  const std::string folder = parent_of(path);
+  const std::size_t slash = path.rfind('/'), start = slash == std::string::npos ? 0 : slash + 1;
+  const std::string_view name = std::string_view(path).substr(start);
+  const std::string ending = fmt::format("{}{}", kUnfinished, number);
+  const std::size_t most = longest_name(folder);
+  if (name.size() + ending.size() <= most) return path + ending;
+  Hash hash;
+  hash.add_bytes(name.data(), name.size());
+  const std::string mark = fmt::format("-{:016x}", hash.value());
+  std::size_t kept = most - std::min(most, mark.size() + ending.size());
+  while (kept > 0 && (static_cast<unsigned char>(name[kept]) & 0xC0) == 0x80) --kept;  // letters stay whole
+  return fmt::format("{}{}{}{}", path.substr(0, start), name.substr(0, kept), mark, ending);
+}
+std::string temporary_name(const std::string& path, int number) { return temporary_name(path, fmt::to_string(number)); }
 
 /// Does another writer, living or dead, have what could not be opened, so that the next number is to be tried?
 bool taken(int error_number) { return error_number == EEXIST || error_number == EACCES || error_number == ELOOP; }
@@ -251,7 +275,7 @@ ReplacingFile::ReplacingFile(std::string path) : path_(std::move(path)) {
     if (open_.descriptor >= 0 || !taken(errno)) break;
   }
   if (open_.descriptor < 0 && no_locks(errno)) {
-    open_.temporary = fmt::format("{}{}{}-0", path_, kUnfinished, ::getpid());
+    open_.temporary = temporary_name(path_, fmt::format("{}-0", ::getpid()));
     open_.descriptor = ::open(open_.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   }
   if (open_.descriptor < 0) {

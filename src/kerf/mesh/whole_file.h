@@ -75,7 +75,8 @@ class ReplacingFile {
 /// Removes the temporary files that killed writers of a file left beside it. Those of living ones stay.
 void remove_unfinished(const std::string& path);
 
-/// The name of the file that a temporary one was to become: "a.obj" of "a.obj.kerf.part-0". Empty: it is none.
+/// The name of the file that a temporary one was to become: "a.obj" of "a.obj.kerf.part-0". Empty: it is none. A name of nearly as many bytes as the
+/// disk takes is shortened.
 std::string_view name_of_unfinished(std::string_view name);
 
 /// Could a file be written there? Leaves nothing. To be asked before long work whose result goes there. Bad input: a folder,

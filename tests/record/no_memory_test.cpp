@@ -21,7 +21,7 @@ Recording example() {
   r.source.name = "strip";
   r.source.text = "[body]\nmodel = \"strip\"\n[simulation]\ntime_step = 0.001\n";
   r.source.files.push_back({"a.bin", std::string("\0\xff\x80z", 4)});
-  r.source.meshes.push_back({"m.obj", 3, 0x1234567890abcdefull, std::string("\xff\0v", 3)});
+  r.source.meshes.push_back({"m.obj", 3, 0xc864724a99db7908ull, std::string("\xff\0v", 3)});
   r.overrides.dust = 0;
   r.instructions = instruction_set();
   using Kind = SessionChange::Kind;

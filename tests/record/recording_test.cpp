@@ -18,7 +18,7 @@ Recording example() {
   r.source.text = "[body]\nmodel = \"sheet\"\n";
   r.source.files.push_back({"a.bin", std::string("\0\xff\x80z", 4)});
   r.source.files.push_back({"b.bin", "12345"});
-  r.source.meshes.push_back({"m.obj", 3, 0x1234567890abcdefull, std::string("\xff\0v", 3)});
+  r.source.meshes.push_back({"m.obj", 3, 0xc864724a99db7908ull, std::string("\xff\0v", 3)});
   r.source.meshes.push_back({"/far/n.obj", std::uint64_t{1} << 40, 7, std::nullopt});
   r.overrides = {false, 0.0123456789012345678};
   r.instructions = instruction_set();
@@ -89,7 +89,7 @@ TEST(Recording, ComesBackToTheBit) {
   ASSERT_EQ(back->source.meshes.size(), 2u);
   EXPECT_EQ(back->source.meshes[0].written, "m.obj");
   EXPECT_EQ(back->source.meshes[0].content, r.source.meshes[0].content);
-  EXPECT_EQ(back->source.meshes[0].hash, 0x1234567890abcdefull);
+  EXPECT_EQ(back->source.meshes[0].hash, 0xc864724a99db7908ull);
   EXPECT_EQ(back->source.meshes[1].bytes, std::uint64_t{1} << 40);
   EXPECT_FALSE(back->source.meshes[1].content);
   EXPECT_TRUE(compare(r, *back).none());
@@ -145,7 +145,7 @@ TEST(Recording, HostileTextsAreRefusedOrRead) {
   EXPECT_NE(replaced("\"bytes\":3", "\"bytes\":4"), "");
   EXPECT_NE(replaced("\"bytes\":3", "\"bytes\":-3"), "");
   EXPECT_NE(replaced("\"file\":\"m.obj\"", "\"file\":1"), "");
-  EXPECT_NE(replaced("1234567890abcdef", "hash"), "");
+  EXPECT_NE(replaced("c864724a99db7908", "hash"), "");
   EXPECT_NE(replaced("ffffffffffffffff", "fffffffffffffffff"), "");
   EXPECT_NE(replaced("ffffffffffffffff", "xyz"), "");
   EXPECT_NE(replaced("\"scripted\":false,", ""), "");
@@ -417,6 +417,21 @@ TEST_F(MeshesTravel, LargeOnesStayAndAreCheckedByTheirHash) {
   ASSERT_FALSE(other.ok());
   EXPECT_NE(other.error().message.find("is not the one that was recorded"), std::string::npos) << other.error().message;
   EXPECT_NE(other.error().message.find("cloth:2"), std::string::npos) << other.error().message;
+}
+
+// A mesh that travelled is not asked for in another place.
+TEST_F(MeshesTravel, ADamagedOneIsToldByItsNameAndNumber) {
+  record(kMostEmbedded);
+  Recording damaged = elsewhere();
+  (*damaged.source.meshes[0].content)[7] ^= 1;
+  const auto read = parse_recording(recording_text(damaged), "cloth.kerfrec");
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().message,
+            "cloth.kerfrec: meshes[0]: \"cloth.obj\" is damaged: its bytes do not have the hash that was recorded; "
+            "use another copy of the recording, or record it again");
+  const auto played = replay(damaged);
+  ASSERT_FALSE(played.ok());
+  EXPECT_EQ(played.error().message.find("too large to travel"), std::string::npos) << played.error().message;
 }
 
 TEST_F(MeshesTravel, NamesInARecordingLeadNowhere) {

@@ -12,6 +12,7 @@
 #include "kerf/mesh/base64.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/json_value.h"
+#include "kerf/record/recording_meshes.h"
 #include "kerf/scene/scene_body.h"
 #include "kerf/scene/scene_limits.h"
 
@@ -282,6 +283,10 @@ class RecordingReader {
         if (!from_base64(text(mesh, "base64"), *m.content)) fail("\"base64\" is not base64");
         if (m.content->size() != m.bytes)
           fail(fmt::format("\"bytes\" is {}, but \"base64\" has {}", m.bytes, m.content->size()));
+        if (mesh_hash(*m.content) != m.hash)
+          fail(fmt::format(
+              "\"{}\" is damaged: its bytes do not have the hash that was recorded; use another copy of the recording, or record it again",
+              shown(m.written)));
       }
       source.meshes.push_back(std::move(m));
     }

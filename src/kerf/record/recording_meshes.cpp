@@ -10,15 +10,12 @@
 #include "kerf/record/recording_meshes.h"
 
 namespace kerf {
-namespace {
 
-std::uint64_t hash_of(std::string_view bytes) {
+std::uint64_t mesh_hash(std::string_view bytes) {
   Hash hash;
   hash.add_bytes(bytes.data(), bytes.size());
   return hash.value();
 }
-
-}  // namespace
 
 Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
   source.meshes.clear();
@@ -33,7 +30,7 @@ Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
     SceneSource::Mesh& mesh = source.meshes.emplace_back();
     mesh.written = file.written;
     mesh.bytes = bytes.size();
-    mesh.hash = hash_of(bytes);
+    mesh.hash = mesh_hash(bytes);
     if (bytes.size() > most - taken) continue;
     taken += bytes.size();
     mesh.content = std::string(bytes);
@@ -50,12 +47,15 @@ Status check_meshes(const Scene& scene, const SceneSource& source) {
                                    shown(source.name), shown(mesh.written)));
     auto read = read_whole_file(use->path, kNamedFile);
     if (!read) return read.error();
-    if (read->view().size() == mesh.bytes && hash_of(read->view()) == mesh.hash) continue;
+    if (read->view().size() == mesh.bytes && mesh_hash(read->view()) == mesh.hash) continue;
     return bad_input(fmt::format(
         "{}:{}: the mesh \"{}\" is not the one that was recorded ({} bytes with hash {:016x} instead of {} with {:016x}, in {}); "
-        "it was too large to travel in the recording: put the same file there, or give its folder with --meshes",
-        shown(source.name), use->line, shown(mesh.written), read->view().size(), hash_of(read->view()), mesh.bytes,
-        mesh.hash, shown(use->path)));
+        "{}",
+        shown(source.name), use->line, shown(mesh.written), read->view().size(), mesh_hash(read->view()), mesh.bytes,
+        mesh.hash, shown(use->path),
+        mesh.content
+            ? "it came with the recording, which is damaged: use another copy of it, or record it again"
+            : "it was too large to travel in the recording: put the same file there, or give its folder with --meshes"));
   }
   return {};
 }

@@ -129,20 +129,25 @@ int cut_body(const CutOptions& options) {
   const Result<FolderLock> folder = take_result_folder(options.out);
   if (!folder) return report(folder.error());
   if (const Status possible = check_places(outputs); !possible) return report(possible.error());
-  Result<Session> session = [&] {
-    ProgressBar bar;
-    return Session::create(scene, bar.callback());
-  }();
-  if (!session.ok()) {
-    Error why = session.error();
-    if (const std::string name = shown(options.body); why.message.find(name) == std::string::npos)
-      why.message = fmt::format("{}: {}", name, why.message);
-    return report(why);
-  }
-  say_notes(session->notes());
-
+  std::optional<Session> session;
   RunLog log;
-  log.counts_before = session->counts();
+  const Status prepared = prepare_reported({scene, options.out, cut_files()}, [&]() -> Status {
+    Result<Session> made = [&] {
+      ProgressBar bar;
+      return Session::create(scene, bar.callback());
+    }();
+    if (!made.ok()) {
+      Error why = made.error();
+      if (const std::string name = shown(options.body); why.message.find(name) == std::string::npos)
+        why.message = fmt::format("{}: {}", name, why.message);
+      return why;
+    }
+    session.emplace(std::move(made).value());
+    say_notes(session->notes());
+    log.counts_before = session->counts();
+    return {};
+  });
+  if (!prepared) return report(prepared.error());
   return work_reported({*session, log, options.out, cut_files(), paths_of(inputs)},
                        [&] { return cut_once(options, *session, log); });
 }

@@ -234,25 +234,29 @@ int run_scene(const RunOptions& options) {
   if (const Status possible = check_places(outputs); !possible) return report(possible.error());
 
   std::optional<ThreadLimit> limit;
-  if (scene->simulation.threads > 0) limit.emplace(scene->simulation.threads);
-  const auto start = Clock::now();
-  Result<Session> session = [&] {
-    ProgressBar bar(options.quiet);
-    return Session::create(*scene, bar.callback());
-  }();
-  if (!session.ok()) return report(session.error());
-  say_notes(session->notes());
-
-  Run run(*scene, std::move(session).value(), options);
-  run.log().prepare_seconds = seconds_since(start);
-  return work_reported(run.reported(inputs), [&] {
-    Status done = run.simulate();
-    Status written = run.write();
-    const Status recorded = run.write_recording(*path);  // it may lie on another disk
+  std::optional<Run> run;
+  const Status prepared = prepare_reported({*scene, options.out, result_files(scene->output)}, [&]() -> Status {
+    if (scene->simulation.threads > 0) limit.emplace(scene->simulation.threads);
+    const auto start = Clock::now();
+    Result<Session> session = [&] {
+      ProgressBar bar(options.quiet);
+      return Session::create(*scene, bar.callback());
+    }();
+    if (!session.ok()) return session.error();
+    say_notes(session->notes());
+    run.emplace(*scene, std::move(session).value(), options);
+    run->log().prepare_seconds = seconds_since(start);
+    return {};
+  });
+  if (!prepared) return report(prepared.error());
+  return work_reported(run->reported(inputs), [&] {
+    Status done = run->simulate();
+    Status written = run->write();
+    const Status recorded = run->write_recording(*path);  // it may lie on another disk
     if (written) written = recorded;
-    run.summary();
+    run->summary();
     if (done) done = written;
-    return done ? run.invariants() : done;
+    return done ? run->invariants() : done;
   });
 }
 

@@ -15,6 +15,17 @@ namespace kerf::app {
 /// Makes the folder, and takes it for as long as the lock lives. Bad input: it can't be made, or another command writes there.
 Result<FolderLock> take_result_folder(const std::filesystem::path& folder);
 
+/// What report.json tells of before there is a session.
+struct PreparedWork {
+  const Scene& scene;
+  const std::filesystem::path& folder;
+  std::vector<std::string> files;  ///< names of the results, the report among them
+};
+
+/// Makes ready what the work needs. Bad input leaves the folder as it is. What else goes wrong, exceptions too, makes a report that says
+/// "failed". It names what is still there of an earlier run. Exceptions go on to main().
+Status prepare_reported(const PreparedWork& what, const std::function<Status()>& prepare);
+
 /// What report.json tells of.
 struct ReportedWork {
   const Session& session;

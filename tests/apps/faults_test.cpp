@@ -254,6 +254,36 @@ TEST_F(Faults, AReportSaysHowItsRunEnded) {
   EXPECT_THAT(report("air"), HasSubstr("\"status\": \"complete\""));
 }
 
+// Also while its bodies are made, when there is no session yet. What is refused leaves an earlier run's results as they are.
+TEST_F(Faults, AReportSaysThatTheBodiesCouldNotBeMade) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer needs address space";
+#endif
+  std::ofstream(in("small.toml")) << kQuick;
+  std::ofstream(in("large.toml"))
+      << "title = \"many cells\"\n[body]\nmodel = \"closed-sheet\"\n[lattice]\ncells = [300, 300, 2]\n";
+  std::ofstream(in("wrong.toml")) << "[body]\nmodel = \"strip\"\n[lattice]\ncells = [30000, 30000, 10000]\n";
+  const std::string report = in("out/report.json");
+  ASSERT_EQ(kerf({"run", in("small.toml"), "-q", "-o", in("out")}).status, 0);
+  const std::string complete = contents(report);
+  const Outcome refused = kerf({"run", in("wrong.toml"), "-q", "-o", in("out")});
+  EXPECT_EQ(refused.status, 2) << refused.text;
+  EXPECT_EQ(contents(report), complete);
+  for (const char* folder : {"out", "new"}) {
+    const Outcome large = kerf({"run", in("large.toml"), "--threads", "1", "--memory", "100GB", "-q", "-o", in(folder)},
+                               [] { limit(RLIMIT_AS, rlim_t{150} << 20); });
+    EXPECT_EQ(large.status, 1) << large.text;
+    const std::string why = in("large.toml") + ":5: [lattice]: not enough memory to make 300 x 300 x 2 cells";
+    EXPECT_THAT(large.text, HasSubstr("kerf: " + why));
+    const std::string told = contents(in(std::string(folder) + "/report.json"));
+    EXPECT_THAT(told, HasSubstr("\"status\": \"failed\""));
+    EXPECT_THAT(told, HasSubstr("\"reason\": \"" + why));
+    EXPECT_THAT(told, HasSubstr("\"title\": \"many cells\""));
+    EXPECT_THAT(told, HasSubstr("\"body.glb\""));
+  }
+  ASSERT_TRUE(std::filesystem::exists(in("out/body.glb"))) << "what is there of the earlier run, the report names";
+}
+
 // A punch that is found to be too small at its time does not cost the run.
 TEST_F(Faults, ACommandThatTheBodyRefusesIsNotedInTheReport) {
   std::ofstream(in("late.toml"))

@@ -34,7 +34,12 @@ void cut(Session& session) {
 
 std::uint64_t life(std::optional<Session>& session) {
   auto made = Session::create(strip());
-  EXPECT_TRUE(made.ok());
+  if (!made.ok()) {
+    const test::NothingRefused here;
+    EXPECT_EQ(made.error().kind, ErrorKind::kFailed);
+    EXPECT_NE(made.error().message.find("not enough memory to make"), std::string::npos) << made.error().message;
+    throw std::bad_alloc();
+  }
   session.emplace(std::move(*made));
   cut(*session);
   EXPECT_TRUE(session->step(2).ok());

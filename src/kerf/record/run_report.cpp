@@ -93,15 +93,22 @@ Json contact_json(const Session& session, const RunLog& log) {
 }
 
 /// What a reader must know of a run, however it went.
-Json first_keys(const Session& session, const RunState& state) {
+Json first_keys(const Scene& scene, const RunState& state) {
   static constexpr const char* kStatus[] = {"running", "complete", "failed"};
   Json report;
   report["kerf_report_version"] = kReportVersion;
   report["status"] = kStatus[static_cast<std::size_t>(state.status)];
   if (state.status == RunState::Status::kFailed) report["reason"] = state.reason;
   report["files"] = state.files;
-  report["scene"] = session.scene().name;
-  report["title"] = session.scene().title;
+  report["scene"] = scene.name;
+  report["title"] = scene.title;
+  report["simulated_seconds"] = 0.0;
+  report["time_step_seconds"] = scene.simulation.time_step;
+  report["notes"] = Json::array();
+  return report;
+}
+Json first_keys(const Session& session, const RunState& state) {
+  Json report = first_keys(session.scene(), state);
   report["simulated_seconds"] = session.time();
   report["time_step_seconds"] = session.time_step();
   report["notes"] = session.notes();
@@ -154,6 +161,10 @@ std::string overlap_note(const Session& session, const RunLog& log) {
 
 std::string short_report_json(const Session& session, const RunState& state) {
   return first_keys(session, state).dump(2) + "\n";
+}
+
+std::string short_report_json(const Scene& scene, const RunState& state) {
+  return first_keys(scene, state).dump(2) + "\n";
 }
 
 std::string run_report_json(const Session& session, const RunLog& log, const RunState& state) {

@@ -69,6 +69,9 @@ std::string run_report_json(const Session& session, const RunLog& log, const Run
 /// The first keys of run_report_json, up to "notes". They need little memory, however large the body and however long the run.
 std::string short_report_json(const Session& session, const RunState& state);
 
+/// The same of a run whose bodies could not be made.
+std::string short_report_json(const Scene& scene, const RunState& state);
+
 /// Median and 99th percentile (nearest rank) of values; zeros when there are none.
 struct Quantiles {
   double median = 0, p99 = 0, worst = 0;

@@ -77,4 +77,25 @@ Status check_lattice_memory(const Scene& scene, std::span<const BodyMemory> bodi
           memory_limit_is_given() ? "--memory" : "half of what is free", direct ? " or another preconditioner" : "")));
 }
 
+std::string lack_of_memory(const Scene& scene, std::span<const BodyMemory> bodies) {
+  constexpr const char* kMore = "or let the program have more (ulimit -v)";
+  if (bodies.empty()) {
+    const SceneBody& body = scene.body;
+    const std::string what = !scene.more_bodies.empty() ? fmt::format("{} bodies", scene.more_bodies.size() + 1)
+                             : !body.model.empty()      ? fmt::format("model {}", shown(body.model))
+                             : !body.visual.empty()     ? shown(body.visual)
+                                                        : shown(body.bound);
+    return fmt::format("{}[body]: not enough memory to make a body of {}; give fewer triangles, {}",
+                       scene_place(scene, body.line), what, kMore);
+  }
+  const BodyMemory& largest = *std::max_element(
+      bodies.begin(), bodies.end(), [](const auto& a, const auto& b) { return a.need.bytes < b.need.bytes; });
+  const LatticeIndex n = largest.frame.count;
+  return fmt::format(
+      "{}[lattice]: not enough memory to make {} x {} x {} cells, about {} of them with material, which take about {}; give fewer or "
+      "larger cells, {}",
+      scene_place(scene, scene.lattice.line > 0 ? scene.lattice.line : scene.body.line), n[0], n[1], n[2],
+      largest.need.hexahedra, bytes_text(largest.need.bytes), kMore);
+}
+
 }  // namespace kerf

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "kerf/base/result.h"
 #include "kerf/lattice/lattice_frame.h"
@@ -31,5 +32,9 @@ struct BodyMemory {
 /// Bad input where the bodies need more than memory_limit() together, with line, the numbers of the one that needs most, and the way
 /// out.
 Status check_lattice_memory(const Scene& scene, std::span<const BodyMemory> bodies);
+
+/// What is said where memory ends while the bodies of a scene are made: the cells of the one that needs most, or, while none has any yet,
+/// the body.
+std::string lack_of_memory(const Scene& scene, std::span<const BodyMemory> bodies);
 
 }  // namespace kerf

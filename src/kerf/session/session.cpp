@@ -105,15 +105,22 @@ Result<Session> Session::create(const Scene& scene, const Progress& progress) {
   auto impl = std::make_unique<Impl>();
   impl->scene = scene;
   KERF_TRY(check_commands(scene));
-  KERF_TRY(impl->prepare(progress));
+  std::vector<BodyMemory> cells;
+  try {
+    auto loaded = load_scene_bodies(scene, progress);
+    if (!loaded) return loaded.error();
+    cells = loaded->memory;
+    KERF_TRY(impl->prepare(std::move(*loaded), progress));
+  } catch (const std::bad_alloc&) {
+    impl.reset();
+    return failed(lack_of_memory(scene, cells));
+  }
   return Session(std::move(impl));
 }
 
-Status Session::Impl::prepare(const Progress& progress) {
-  auto loaded = load_scene_bodies(scene, progress);
-  if (!loaded) return loaded.error();
-  notes = std::move(loaded->notes);
-  auto body = build_body(std::move(loaded->complex), std::move(loaded->bodies), progress);
+Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
+  notes = std::move(loaded.notes);
+  auto body = build_body(std::move(loaded.complex), std::move(loaded.bodies), progress);
   if (!body) return body.error();
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
@@ -138,7 +145,7 @@ Status Session::Impl::prepare(const Progress& progress) {
   for (const LatticeBody& b : state.body.hex.bodies) size = std::max(size, norm(b.frame.size()));
 
   auto model =
-      make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded->materials);
+      make_mechanics(state.body.hex, scene.material, scene.lattice.formulation, state.materials, loaded.materials);
   if (!model) return model.error();
   state.model = std::move(*model);
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));

@@ -139,6 +139,8 @@ class SessionSnapshot {
 /// Vertices within `radius` of a point, at least the closest one.
 std::vector<CollisionVertex> vertices_near(const std::vector<Vec3>& positions, Vec3 point, double radius);
 
+struct SceneBodies;
+
 struct Session::Impl {
   Scene scene;
   CutOptions cut_options;
@@ -198,7 +200,7 @@ struct Session::Impl {
   BodyCounts counted;  ///< of topology version counted_at
   std::uint64_t counted_at = 0;
 
-  Status prepare(const Progress& progress);
+  Status prepare(SceneBodies&& loaded, const Progress& progress);
 
   // session_notes.cpp
   /// Each note once: after a restore the same may happen again.

@@ -624,7 +624,7 @@ TEST(SurfaceCheck, Scale) {
     for (Vec3& p : mesh.positions) p = s * p + offset;
     return mesh;
   };
-  EXPECT_THAT(refused(scaled(1e7)), HasSubstr("give `scale`"));
+  EXPECT_THAT(refused(scaled(1e7)), HasSubstr("give `scale` (--scale) the factor"));
   EXPECT_THAT(refused(scaled(1e-7)), HasSubstr("give `scale`"));
   EXPECT_THAT(refused(scaled(1e-320)), HasSubstr("give `scale`"));
   EXPECT_THAT(refused(scaled(1e308)), HasSubstr("give `scale`"));

@@ -464,6 +464,23 @@ TEST(Scene, DefaultsAreThoseOfTheStructs) {
   EXPECT_TRUE(parsed->commands.empty());
 }
 
+TEST(Scene, WholeNumbersThatAreWrittenOtherwiseSayHow) {
+  const auto layers = [](const std::string& value) {
+    return error_of("[body]\nmodel = \"sheet\"\n[cut]\nlayers = " + value + "\n");
+  };
+  EXPECT_EQ(layers("1e6"), "scene.toml:4: layers of [cut] must be written as a whole number: 1000000");
+  EXPECT_EQ(layers("2.0"), "scene.toml:4: layers of [cut] must be written as a whole number: 2");
+  for (const char* value : {"2.5", "1e300", "inf", "nan"})
+    EXPECT_EQ(layers(value), "scene.toml:4: layers of [cut] must be a whole number, but is a number");
+}
+
+TEST(Scene, WhatIsNoTomlSaysWhatToDo) {
+  EXPECT_THAT(error_of("[body]\nmodel ="), HasSubstr("end-of-file; the file may be cut off"));
+  const std::string deep = error_of("a = " + std::string(300, '['));
+  EXPECT_THAT(deep, HasSubstr("nested value depth of 256"));
+  EXPECT_THAT(deep, testing::Not(HasSubstr("TOML_")));
+}
+
 TEST(Scene, UnknownKeysNameTheClosestOne) {
   EXPECT_EQ(error_of("[body]\nmodel = \"sheet\"\n\n[material]\nyuong = 3\n"),
             "scene.toml:5: unknown key \"yuong\" in [material]; did you mean \"young\"?");
@@ -478,6 +495,8 @@ TEST(Scene, UnknownKeysNameTheClosestOne) {
               HasSubstr("scene.toml:5: type of [[command]] can't be \"blabe\"; did you mean \"blade\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"undo\"\ncuont = 3\n"),
               HasSubstr("scene.toml:6: unknown key \"cuont\" in undo; did you mean \"count\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[command]]\nat = 0\ntype = \"tool\"\ntool = \"a\"\n"),
+              HasSubstr("scene.toml:6: unknown key \"tool\" in tool; did you mean \"id\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[[fix]]\nsphere = { center = [0,0,0], raduis = 1 }\n"),
               HasSubstr("did you mean \"radius\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"sheet\"\n[output.camera]\nzom = 1\n"), HasSubstr("did you mean \"zoom\"?"));

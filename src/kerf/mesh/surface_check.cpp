@@ -77,7 +77,7 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::
   if (diagonal > kUsualLargest || diagonal < kUsualSmallest) {
     warnings.push_back(
         fmt::format("{}the surface is {:.3g} m across; if the file is not in metres, give `scale` ({})", who, diagonal,
-                    diagonal > kUsualLargest ? "--scale 0.001 for millimetres" : "1000 for kilometres, say"));
+                    diagonal > kUsualLargest ? "--scale 0.001 for millimetres" : "--scale 1000 for kilometres, say"));
   }
   return box;
 }
@@ -779,7 +779,7 @@ std::optional<ExtentFault> extent_fault(const Box3& box) {
         fmt::format("{}{:.3g} m across, and sizes from {:g} to {:g} m can be worked with",
                     std::isfinite(diagonal) ? "" : "more than ",
                     std::fmin(diagonal, std::numeric_limits<double>::max()), kSmallestDiagonal, kLargestDiagonal),
-        "give `scale` the factor that turns the file's units into metres"};
+        "give `scale` (--scale) the factor that turns the file's units into metres"};
   }
   double distance = 0;
   for (const double c : {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}) {

@@ -38,10 +38,14 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxProblems = 10;        // a screenful; more of them seldom help
-constexpr double kOrthonormalTolerance = 1e-6;  // axes typed with seven digits pass
-constexpr int kPlainExponent = 19;              // of 2: products of four such components have all their digits
-constexpr double kTimeTolerance = 1e-9;         // relative: sums of decimal fractions end a few bits late
+constexpr std::size_t kMaxProblems = 10;            // a screenful; more of them seldom help
+constexpr double kOrthonormalTolerance = 1e-6;      // axes typed with seven digits pass
+constexpr int kPlainExponent = 19;                  // of 2: products of four such components have all their digits
+constexpr double kWholeNumbers = 9007199254740992;  // 2^53: doubles below have every digit of theirs
+constexpr double kTimeTolerance = 1e-9;             // relative: sums of decimal fractions end a few bits late
+
+/// Is it a whole number with all its digits?
+bool is_whole(double x) { return std::abs(x) < kWholeNumbers && x == std::trunc(x); }
 
 std::string_view type_name(const toml::node& node) {
   switch (node.type()) {
@@ -173,7 +177,9 @@ class SceneReader {
       const std::string_view name = key.str();
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
       std::string text = fmt::format("unknown key \"{}\"{}{}", shown(name), where.empty() ? "" : " in ", where);
-      if (const std::string_view closest = closest_word(name, known); !closest.empty()) {
+      if (names_what_id_names(name) && std::find(known.begin(), known.end(), "id") != known.end()) {
+        text += "; did you mean \"id\"?";
+      } else if (const std::string_view closest = closest_word(name, known); !closest.empty()) {
         text += fmt::format("; did you mean \"{}\"?", closest);
       } else if (const std::string home = table_that_knows(name); !home.empty()) {
         text += fmt::format("; it belongs in {}", home);
@@ -183,6 +189,9 @@ class SceneReader {
       problem(line_of(key), text);
     }
   }
+
+  /// Commands that work on a tool or a grasp name it by its id.
+  static bool names_what_id_names(std::string_view key) { return key == "tool" || key == "grasp"; }
 
   static std::string table_that_knows(std::string_view key) {
     for (const SceneKeyDoc& doc : scene_schema()) {
@@ -221,6 +230,10 @@ class SceneReader {
     return true;
   }
   bool get(const toml::node& node, std::string_view what, const SceneRange& range, std::int64_t& out) {
+    if (const auto* real = node.as_floating_point(); real && is_whole(real->get())) {
+      problem(line_of(node), fmt::format("{} must be written as a whole number: {:.0f}", what, real->get()));
+      return false;
+    }
     if (!node.is_integer()) {
       wrong_type(node, what, "a whole number");
       return false;
@@ -987,12 +1000,21 @@ class SceneReader {
   std::vector<Problem> problems_;
 };
 
+/// What the library says, without names of its own source, and with what to do about it.
+std::string toml_fault(std::string_view description) {
+  std::string text(description);
+  if (const std::size_t macro = text.find(" (TOML_"); macro != std::string::npos)
+    text.erase(macro, text.find(')', macro) + 1 - macro);
+  if (text.find("end-of-file") != std::string::npos) text += "; the file may be cut off";
+  return text;
+}
+
 Result<toml::table> parse_toml(std::string_view text, std::string_view name) {
   try {
     return toml::table(toml::parse(text));  // its reader takes memory for a name where it may not throw
   } catch (const toml::parse_error& error) {
-    return bad_input(
-        fmt::format("{}:{}: {}", shown(name), error.source().begin.line, shown(error.description(), kMostOfSentence)));
+    return bad_input(fmt::format("{}:{}: {}", shown(name), error.source().begin.line,
+                                 shown(toml_fault(error.description()), kMostOfSentence)));
   }
 }
 

@@ -82,7 +82,7 @@ Status prepare_reported(const PreparedWork& what, const std::function<Status()>&
       (void)report(told.error());
   };
   try {
-    const Status done = prepare();
+    Status done = prepare();
     if (!done && done.error().kind == ErrorKind::kFailed) tell(done.error().message);
     return done;
   } catch (const std::exception& error) {

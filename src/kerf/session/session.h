@@ -113,7 +113,7 @@ class Session {
  public:
   /// Loads or generates the meshes, binds them (the paper's 4.1), builds the hexahedra and embeds everything. Warnings of the
   /// pre-processing are in notes(). Bad input: a scene with values out of range, a file that can't be read or a mesh that can't be
-  /// bound; the message has file, line or element, and the way out.
+  /// bound; the message has file, line or element, and the way out. Failed: memory ended while the bodies were made.
   static Result<Session> create(const Scene& scene, const Progress& progress = {});
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;

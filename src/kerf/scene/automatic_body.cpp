@@ -43,9 +43,13 @@ Eigen::Matrix3d principal_axes(const TriangleMesh& mesh, double area) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
 }
 
-/// Width over thickness of a body that is a straight rod, a bar, a block or a ball: it fills its box, and its surface has no folds, holes or
+struct Stout {
+  double width_over_thickness;
+  const char* shape;
+};
+/// Of a body that is a straight rod, a bar, a block or a ball: it fills its box, and its surface has no folds, holes or
 /// handles. None: it is none of those.
-std::optional<double> stoutness(const TriangleMesh& visual) {
+std::optional<Stout> stoutness(const TriangleMesh& visual) {
   const SurfaceMeasures m = surface_measures(visual);
   if (!m.closed || m.components != 1 || m.euler != 2 || !(m.area > 0)) return std::nullopt;
   const Eigen::Matrix3d axes = principal_axes(visual, m.area);
@@ -62,7 +66,7 @@ std::optional<double> stoutness(const TriangleMesh& visual) {
   if (!(wide < mid::kTooStout * thin) || m.area > box_area ||
       std::fabs(m.volume) < mid::kFillsItsBox * thin * wide * longest)
     return std::nullopt;
-  return wide / thin;
+  return Stout{wide / thin, longest > mid::kTooStout * wide ? "a rod or a bar" : "a ball or a block"};
 }
 
 /// The one reason to give for a body that is no sheet by its outline, whatever else stopped its mid-surface.
@@ -71,8 +75,8 @@ void tell_stout(const TriangleMesh& visual, AutomaticBody& body) {
   const auto stout = stoutness(visual);
   if (!stout) return;
   verdict.thinness = Thinness::kNotThin;
-  verdict.reasons = {
-      fmt::format("the body is only {:.3g} times as wide as thick; below {} it is not thin", *stout, mid::kTooStout)};
+  verdict.reasons = {fmt::format("{}: the body is only {:.3g} times as wide as thick; below {} it is not thin",
+                                 stout->shape, stout->width_over_thickness, mid::kTooStout)};
   body.refused.reset();
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "kerf/mesh/mesh_limits.h"
+
 namespace kerf {
 namespace {
 
@@ -51,10 +53,9 @@ class Ears {
 
   PolygonTriangles cut() {
     std::vector<std::array<std::int32_t, 3>> triangles;
-    const std::size_t most = kMostTests + kTestsPerCorner * p_.size();
     std::int32_t i = 0;
     for (std::size_t ring = p_.size(), since = 0; ring > 2;) {
-      if (tests_ > most) return {{}, true};
+      if (tests_ > kMostEarTests) return {{}, true};
       if (since > ring) return {};
       if (!is_ear(i)) {
         ++since;

@@ -1,10 +1,5 @@
-// Faces of mesh files that have more than three corners.
-//
-//     o-------o      o-------o        A fan from the first corner covers a convex face. Other
-//     | \   .'|       \ `.   |        faces are cut into ears: triangles of three neighbouring
-//     |  o'   |        \  `. o        corners that hold no other corner.
-//     | .' `. |         o---'
-//     o'     `o
+// Faces of mesh files that have more than three corners. A fan from the first corner covers a convex face. Other faces are cut into ears: triangles
+// of three neighbouring corners that hold no other corner.
 #pragma once
 
 #include <array>
@@ -28,10 +23,8 @@ struct PolygonFace {
 struct PolygonTriangles {
   std::vector<std::array<std::int32_t, 3>>
       corners;            ///< numbers of the polygon's corners; none: it has no ears, so it is not simple
-  bool too_long = false;  ///< given up: ears were looked for too long (kMostTests)
+  bool too_long = false;  ///< given up: ears were looked for too long (kMostEarTests)
 };
-/// Looks at corners that may lie in an ear: so many and so many times the corners, at most. Half a second.
-inline constexpr std::size_t kMostTests = std::size_t{1} << 27, kTestsPerCorner = 256;
 
 /// Divides a simple polygon, flat or nearly so, into `corners.size() - 2` triangles that turn as it does: a fan from its first corner if that
 /// covers it once, else ears. Cost: linear for a fan; for ears what lies beside them, n^2 at most.

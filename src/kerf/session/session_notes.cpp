@@ -163,9 +163,8 @@ void Session::Impl::note_idle_stroke() {
     what = "the shaver took nothing off: it meets no cut surface on its way";
     way_out = "move its poses onto the wall of a cut";
   } else if (ends_in_thickness(stroke)) {
-    what =
-        "the blade cut nothing: its edge ends in the thickness before the middle, and a body is cut where its middle is";
-    way_out = "lead it deeper";
+    what = "the blade cut nothing: its edge ends in the thickness, and passes through no uncut middle of it on its way";
+    way_out = "lead it deeper, or beside what is cut";
   }
   add_note(fmt::format("{}{} ({} coordinates, metres); {}", stroke.place, what,
                        stroke.frame == SceneFrame::kRest ? "rest" : "world", way_out));

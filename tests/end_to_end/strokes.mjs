@@ -167,13 +167,21 @@ await check('a stroke from near one rim to near the other parts the body, of a f
   assert.deepEqual([await pieces('mouse', 5), await pieces('mouse', 16), await pieces('touch', 16), await pieces('touch', 40)], [2, 1, 2, 1]);
 });
 
-/** Pixels of the ink, of those within some places of a line. */
-const inked = () => page.evaluate(() => {
-  const c = document.getElementById('ink'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-  let n = 0;
-  for (let i = 3; i < d.length; i += 4) if (d[i] > 0) n++;
-  return n;
+/** Pixels of the ink, and where they begin and end in the window. */
+const inkSeen = () => page.evaluate(() => {
+  const c = document.getElementById('ink'), at = c.getBoundingClientRect();
+  const seen = { pixels: 0, from: [Infinity, Infinity], to: [-Infinity, -Infinity] };
+  if (c.hidden || c.width === 0 || c.height === 0) return seen;
+  const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+  for (let i = 0; 4 * i < d.length; i++) {
+    if (d[4 * i + 3] === 0) continue;
+    seen.pixels++;
+    const place = [at.left + ((i % c.width) * at.width) / c.width, at.top + (Math.floor(i / c.width) * at.height) / c.height];
+    for (const k of [0, 1]) { seen.from[k] = Math.min(seen.from[k], place[k]); seen.to[k] = Math.max(seen.to[k], place[k]); }
+  }
+  return seen;
 });
+const inked = async () => (await inkSeen()).pixels;
 /** A line across the sheet that lies flat, from beside it to beside it, in n places. */
 async function across(n) {
   await page.evaluate(() => { window.kerf.look(0, 80); });
@@ -200,7 +208,11 @@ await check('what was drawn is ink until it is cut', async () => {
     await draw(places);
     await page.waitForTimeout(300);
     assert.equal((await state(page)).ink, 61);
-    const whole = await inked();
+    const { pixels: whole, from, to } = await inkSeen();
+    for (const k of [0, 1]) {
+      const along = [places[0][k], places[60][k]];
+      assert.ok(Math.abs(from[k] - Math.min(...along)) < 4 && Math.abs(to[k] - Math.max(...along)) < 4, `ink from ${from} to ${to}, the line from ${places[0]} to ${places[60]}`);
+    }
     await page.mouse.up();
     await page.waitForTimeout(600);
     assert.equal((await state(page)).ink, 62, 'the pointer is up, and nothing is cut yet');

@@ -8,7 +8,11 @@ import { QualityChooser, kQualitySteps } from './stats/quality';
 // ms without a new picture after which lite draws one that is finer: it takes as long as four, and a hand must not wait for it
 const kStillMs = 600;
 const kFineness = 2; // pixels along each side of one; 3 takes twice as long again, and shows no more
-const kManyTriangles = 300_000;
+// Pictures between two with new shadows in lite, where every triangle counts: one more for so many triangles. Half as many: shadows of a
+// sheet of 106,496 lag by half a second; double: its pictures take a tenth longer.
+const kTrianglesPerTurn = 25_000;
+const kFewestTurns = 2;
+const kMostTurns = 8;
 
 export class Drawing {
   /** Pictures a second. */
@@ -63,7 +67,7 @@ export class Drawing {
     this.app.stage.resize(w, h);
     this.app.overlays.setPixels(w, h);
     this.app.mesh.crease.setHeight(h);
-    this.app.ink.resize(w, h, window.devicePixelRatio || 1);
+    this.app.ink.resize(window.devicePixelRatio || 1);
     if (this.ready && !this.app.ownView) this.app.openingView();
     this.touch(false);
   }
@@ -90,7 +94,8 @@ export class Drawing {
 
   /** Pictures between two with new shadows where every triangle counts. */
   private get shadowEvery(): number {
-    return (this.app.mesh.state?.ns ?? 0) > kManyTriangles ? 8 : 2;
+    const turns = Math.round((this.app.mesh.state?.ns ?? 0) / kTrianglesPerTurn);
+    return Math.max(kFewestTurns, Math.min(kMostTurns, turns));
   }
 
   compile(): void {
@@ -141,7 +146,7 @@ export class Drawing {
 
   private render(shadows: boolean): void {
     this.app.things.fromBelow = this.app.stage.eyeBelow;
-    this.app.stage.render(shadows);
+    this.app.stage.render(shadows, (sight) => this.app.mesh.prepare(sight));
   }
 
   /** The picture as a PNG file. */

@@ -23,6 +23,7 @@ import {
 } from './materials';
 import { Occlusion } from './occlusion';
 import { kDryAfter } from './looks';
+import { PlacedMesh, type Sight } from './placed_mesh';
 import type { Range } from './ranges';
 import type { Fading, Patch } from '../engine/protocol';
 
@@ -96,7 +97,18 @@ export class BodyMesh {
   }
   private hatch(): void {
     this.cells.marked = this.fixedShown ? new Set(this.fixed) : null;
-    if (this.state) this.cells.update(this.state);
+    if (this.state) this.follow(this.state);
+  }
+
+  /** In lite the CPU finds places and normals; otherwise shaders do. */
+  private placed: PlacedMesh | null = null;
+  private follow(state: BodyState): void {
+    this.cells.update(state);
+    this.placed?.moved();
+  }
+  /** Before every picture. */
+  prepare(sight: Sight): void {
+    if (this.skin.visible) this.placed?.prepare(this.cells.texels, sight);
   }
 
   /** For what lies around the body: its shade, and the window that it mirrors. */
@@ -122,7 +134,9 @@ export class BodyMesh {
     this.wall.material = this.materials.wall;
     this.skin.customDepthMaterial = this.wall.customDepthMaterial = this.materials.depth;
     if (old) disposeMaterials(old);
-    if (this.state) this.cells.update(this.state);
+    if (!this.state) return;
+    this.cells.update(this.state);
+    if (this.attributes && (level === 'lite') !== (this.placed !== null)) this.build();
   }
 
   setBody(state: BodyState): void {
@@ -173,12 +187,14 @@ export class BodyMesh {
       upload(a.copy, effect.vertices, 1);
       upload(a.offset, effect.offsets, 3);
       upload(a.birth, effect.vertices, 1);
-      upload(this.skin.geometry.index!, effect.skin, 3);
-      upload(this.wall.geometry.index!, effect.wall, 3);
-      this.skin.geometry.setDrawRange(0, 3 * state.ns);
-      this.wall.geometry.setDrawRange(0, 3 * state.nw);
+      if (!this.placed) {
+        upload(this.skin.geometry.index!, effect.skin, 3);
+        upload(this.wall.geometry.index!, effect.wall, 3);
+        this.skin.geometry.setDrawRange(0, 3 * state.ns);
+        this.wall.geometry.setDrawRange(0, 3 * state.nw);
+      }
     }
-    this.cells.update(state);
+    this.follow(state);
     this.occlusion.moved();
     this.crease.patched(state);
     this.updateBounds();
@@ -190,7 +206,10 @@ export class BodyMesh {
     const state = this.state!,
       offsets = state.setFading(fading);
     upload(this.attributes!.offset, offsets, 3);
-    if (offsets.length > 0) this.crease.refresh(state);
+    if (offsets.length > 0) {
+      this.crease.refresh(state);
+      this.placed?.moved();
+    }
     let moved = false;
     for (let i = 0; i < nodes.length; i++) {
       if (state.nodes[i] !== nodes[i]) {
@@ -200,7 +219,7 @@ export class BodyMesh {
     }
     if (!moved) return offsets.length > 0;
     state.nodes.set(nodes);
-    this.cells.update(state);
+    this.follow(state);
     this.occlusion.moved();
     this.updateBounds();
     return true;
@@ -252,16 +271,18 @@ export class BodyMesh {
       g.setAttribute('copyId', copy);
       g.setAttribute('kOffset', offset);
       g.setAttribute('kBirth', birth);
-      const indices = new BufferAttribute(index, 1);
-      indices.setUsage(DynamicDrawUsage);
-      g.setIndex(indices);
-      g.setDrawRange(0, 3 * count);
       g.boundingSphere = this.bounds;
+      if (this.level === 'lite') return g;
+      g.setIndex(new BufferAttribute(index, 1).setUsage(DynamicDrawUsage));
+      g.setDrawRange(0, 3 * count);
       return g;
     };
     for (const a of [rest, normal, copy, offset, birth]) a.setUsage(DynamicDrawUsage);
     this.skin.geometry = geometry(s.skin, s.ns);
     this.wall.geometry = geometry(s.wall, s.nw);
+    const meshes = [this.skin, this.wall];
+    for (const mesh of meshes) mesh.onBeforeShadow = mesh.onAfterShadow = () => undefined;
+    this.placed = this.level === 'lite' ? new PlacedMesh(s, this.open, meshes) : null;
     this.generation++;
   }
 

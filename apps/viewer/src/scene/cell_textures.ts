@@ -3,6 +3,7 @@ import { DataTexture, FloatType, NearestFilter, RGBAFormat } from 'three';
 import type { BodyState } from './body_state';
 import type { Uniforms } from './materials';
 import { cellSize, frameAxes, frameOrigin, kFrameFloats } from '../engine/frames';
+import type { CellTexels } from './placed';
 import { NormalScratch, fillMarks, fillNormals, fillPose, kTextureWidth, normalRows, poseRows } from './skinning';
 
 function makeTexture(rows: number, width = kTextureWidth): DataTexture {
@@ -30,6 +31,11 @@ export class CellTextures {
 
   get pose(): Float32Array {
     return this.texture('uPose').image.data as Float32Array;
+  }
+  /** What the textures hold. */
+  get texels(): CellTexels {
+    const data = (name: string): Float32Array => this.texture(name).image.data as Float32Array;
+    return { pose: data('uPose'), normals: data('uNormals'), frames: data('uFrames') };
   }
   private texture(name: string): DataTexture {
     return this.uniforms[name]!.value as DataTexture;

@@ -3,6 +3,9 @@ import type { ToolName } from '../tools/tools';
 
 const kDrawn: ReadonlySet<ToolName> = new Set(['scalpel', 'line', 'closed', 'scissors'] as const);
 
+const kAround = 28; // pixels about places: lines are 4 wide, names of ends stand 22 beside them
+const kTile = 64; // pixels that the sheet grows by: less makes it anew with every place, more covers more of the picture
+
 interface Point {
   x: number;
   y: number;
@@ -19,12 +22,16 @@ interface Line {
 export class Ink {
   private lines: Line[] = [];
   private drawn = false;
-  constructor(private readonly canvas: HTMLCanvasElement) {}
+  private pixelRatio = 1;
+  /** Of the window that the sheet covers: pixels of the page. */
+  private readonly frame = { x: 0, y: 0, width: 0, height: 0 };
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    canvas.hidden = true;
+  }
 
-  resize(width: number, height: number, ratio: number): void {
-    this.canvas.width = Math.round(width * ratio);
-    this.canvas.height = Math.round(height * ratio);
-    this.canvas.getContext('2d')?.setTransform(ratio, 0, 0, ratio, 0, 0);
+  resize(ratio: number): void {
+    this.pixelRatio = ratio;
+    this.frame.width = this.frame.height = 0;
   }
   private get current(): Line | undefined {
     const last = this.lines[this.lines.length - 1];
@@ -72,14 +79,45 @@ export class Ink {
   }
 
   draw(): void {
-    const c = this.canvas.getContext('2d');
-    if (!c || (!this.drawn && this.lines.length === 0)) return;
-    c.save();
-    c.setTransform(1, 0, 0, 1, 0, 0);
-    c.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    c.restore();
+    if (!this.drawn && this.lines.length === 0) return;
     this.drawn = this.lines.length > 0;
+    this.canvas.hidden = !this.drawn;
+    const c = this.canvas.getContext('2d');
+    if (!c) return;
+    if (this.drawn) this.cover();
+    const { x, y, width, height } = this.frame;
+    c.setTransform(this.pixelRatio, 0, 0, this.pixelRatio, -x * this.pixelRatio, -y * this.pixelRatio);
+    c.clearRect(x, y, width, height);
     for (const line of this.lines) this.drawLine(c, line);
+  }
+
+  /** Lays the sheet over what is drawn: one over the whole picture takes as long as a third of the picture, though it is empty. */
+  private cover(): void {
+    const places = this.lines.flatMap((line) => line.points);
+    const span = (of: (p: Point) => number): [number, number] => {
+      let lo = Infinity,
+        hi = -Infinity;
+      for (const p of places) {
+        lo = Math.min(lo, of(p));
+        hi = Math.max(hi, of(p));
+      }
+      return [Math.floor((lo - kAround) / kTile) * kTile, Math.ceil((hi + kAround) / kTile) * kTile];
+    };
+    const [left, right] = span((p) => p.x),
+      [top, bottom] = span((p) => p.y);
+    const f = this.frame,
+      width = right - left,
+      height = bottom - top;
+    if (f.x === left && f.y === top && f.width === width && f.height === height) return;
+    Object.assign(f, { x: left, y: top, width, height });
+    Object.assign(this.canvas.style, {
+      left: `${left}px`,
+      top: `${top}px`,
+      width: `${width}px`,
+      height: `${height}px`,
+    });
+    this.canvas.width = Math.round(width * this.pixelRatio);
+    this.canvas.height = Math.round(height * this.pixelRatio);
   }
 
   private drawLine(c: CanvasRenderingContext2D, line: Line): void {

@@ -12,9 +12,10 @@ import {
   type WebGLProgramParametersWithUniforms,
 } from 'three';
 import { kDryAfter, kFilm, kLooks } from './looks';
+import { withFewerVaryings } from './fewer_varyings';
 import { kOcclusionSource } from './occlusion';
 import { readShadowOnce } from './soft_shadow';
-import { kSkinningDeclarations } from './skinning';
+import { kPlacedDeclarations, kSkinningDeclarations } from './skinning';
 
 export type Look = 'steak' | 'meniscus' | 'sheet';
 export type QualityLevel = 'full' | 'low' | 'lite';
@@ -97,6 +98,9 @@ material.specularStrength = kWet * (1.4 - 1.6 * kRough);
   totalEmissiveRadiance += kWet * kWindowLight * uWindow * kFresnel(dot(eye, normal)) * kWindow(kInWorld(reflect(-eye, normal)));
 }`;
 
+/** For patchSkinning: the mesh has its places as attributes. */
+export const kPlaced = 'KERF_PLACED';
+
 /** Adds skinning to a built-in material; `fragment` may patch the fragment shader. */
 export function patchSkinning(
   material: Material,
@@ -106,12 +110,13 @@ export function patchSkinning(
   patch?: (shader: WebGLProgramParametersWithUniforms) => void,
 ): void {
   const head = defines.map((d) => `#define ${d}\n`).join('');
+  const places = defines.includes(kPlaced) ? kPlacedDeclarations : kSkinningDeclarations;
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
       .replace(
         '#include <common>',
-        `#include <common>\n${head}${kSkinningDeclarations}\nvarying vec3 vRest, vInSpace;\nvarying float vMarked;`,
+        `#include <common>\n${head}${places}\nuniform float uTextureScaleV;\nvarying vec3 vRest, vInSpace;\nvarying float vMarked;`,
       )
       .replace(
         'void main() {',
@@ -121,8 +126,7 @@ export function patchSkinning(
         '#include <beginnormal_vertex>',
         'vec3 objectNormal = kNrm;\n#ifdef USE_TANGENT\n\tvec3 objectTangent = tangent.xyz;\n#endif',
       )
-      .replace('#include <begin_vertex>', 'vec3 transformed = kPos;')
-      .replace('uniform highp sampler2D uFrames;', 'uniform highp sampler2D uFrames;\nuniform float uTextureScaleV;');
+      .replace('#include <begin_vertex>', 'vec3 transformed = kPos;');
     patch?.(shader);
   };
   material.customProgramCacheKey = () => `kerf-${key}-${defines.join('-')}`;
@@ -167,7 +171,7 @@ function surfacePatch(
         '#include <lights_physical_fragment>',
         '#include <lights_physical_fragment>\n\tmaterial.clearcoat = saturate(material.clearcoat * (0.4 + 0.75 * kWet));',
       );
-    if (level === 'lite') f = f.replace('#include <lights_phong_fragment>', kLiteFilm);
+    if (level === 'lite') f = withFewerVaryings(f.replace('#include <lights_phong_fragment>', kLiteFilm));
     shader.fragmentShader = f;
     if (wall) shader.vertexShader = addDrying(shader.vertexShader);
   };
@@ -191,7 +195,8 @@ export function makeBodyMaterials(
 ): BodyMaterials {
   const uniforms: Uniforms = { ...cells, ...frame, uNoise: { value: noise } };
   const side = open ? DoubleSide : FrontSide;
-  const defines = ['KERF_SMOOTH'];
+  const placed = level === 'lite' ? [kPlaced] : [];
+  const defines = [...placed, 'KERF_SMOOTH'];
   const make = (wall: boolean): Material => {
     let m: MeshPhysicalMaterial | MeshStandardMaterial | MeshPhongMaterial;
     if (level === 'full') {
@@ -221,7 +226,7 @@ export function makeBodyMaterials(
     return m;
   };
   const depth = new MeshDepthMaterial({ side: open ? DoubleSide : FrontSide });
-  patchSkinning(depth, uniforms, [], 'depth');
+  patchSkinning(depth, uniforms, placed, 'depth');
   return { skin: make(false), wall: make(true), depth, level };
 }
 

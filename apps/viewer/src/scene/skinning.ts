@@ -214,6 +214,19 @@ export function latticeCoordinates(
   ];
 }
 
+/** Declarations for the vertex shader where places and normals come as attributes: see placed_mesh.ts. */
+export const kPlacedDeclarations = /* glsl */ `
+in vec4 kPlace;
+in vec3 kTurned;
+vec3 kPos, kNrm;
+float kMarked;
+void kSkin(vec3 r, vec3 n) {
+  kPos = kPlace.xyz;
+  kMarked = kPlace.w;
+  kNrm = kTurned;
+}
+`;
+
 /** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm and kMarked (0 to 1, by the copy's nodes); kSkinAs(copy, rest, normal) without offset. */
 export const kSkinningDeclarations = /* glsl */ `
 uniform highp sampler2D uPose;

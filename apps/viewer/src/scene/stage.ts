@@ -33,6 +33,7 @@ import { Joint } from './joint';
 import type { Look, QualityLevel, Uniforms } from './materials';
 import { installNearLight } from './near_light';
 import { receiveContact } from './occlusion';
+import type { Sight } from './placed_mesh';
 import { installSoftShadows, readShadowOnce, shadowFromBelow } from './soft_shadow';
 import { disposeSurroundings, makeSurroundings } from './surroundings';
 import type { Vec3 } from '../engine/protocol';
@@ -553,7 +554,8 @@ export class Stage {
     return !this.scopeIsOn && this.floor !== null && this.camera.position.z < this.floor;
   }
 
-  render(shadows: boolean): void {
+  /** `prepare` is told from where the picture is seen and lit. */
+  render(shadows: boolean, prepare: (sight: Sight) => void): void {
     const below = this.eyeBelow;
     if (below !== this.below) {
       this.below = below;
@@ -562,6 +564,13 @@ export class Stage {
       shadows = true;
     }
     if (shadows) this.renderer.shadowMap.needsUpdate = true;
+    const { x, y, z } = this.camera.position,
+      sun = this.sun.position.clone().sub(this.sun.target.position);
+    prepare({
+      eye: { x, y, z, w: 1 },
+      sun: { x: sun.x, y: sun.y, z: sun.z, w: 0 },
+      shadows: this.renderer.shadowMap.needsUpdate && this.sun.visible,
+    });
     this.renderer.render(this.scene, this.camera);
   }
 }

@@ -74,6 +74,32 @@ TEST(Score, HalfOfTheLesionAndNothingElse) {
   EXPECT_LT(score->healthy_share, 2e-4);
 }
 
+TEST(Score, SlitsBesideABiteAreNotPartOfItsRoughness) {
+  auto session = Session::create(slab(0.1));
+  ASSERT_TRUE(session.ok());
+  const auto slash = [&](double x) {
+    ASSERT_TRUE(session->begin_stroke(SceneFrame::kRest, false).ok());
+    for (int i = 0; i <= 10; ++i)
+      ASSERT_TRUE(session->move_blade({x, -0.3 + 0.06 * i, 0.2}, {x, -0.3 + 0.06 * i, -0.2}).ok());
+    ASSERT_TRUE(session->end_stroke().ok());
+  };
+  slash(-0.3);
+  EXPECT_EQ(session->score()->roughness, 0) << "nothing is gone yet";
+  const auto cut = session->punch(punch_at({0.1, -0.05, 0}, 0.12), SceneFrame::kRest, 0.01);
+  ASSERT_TRUE(cut.ok() && cut->cut);
+  EXPECT_EQ(session->score()->roughness, 0) << "it still lies there";
+  ASSERT_TRUE(session->remove_piece(cut->loose[0]).ok());
+  const double rough = session->score()->roughness;
+  EXPECT_GT(rough, 1e-3);
+  EXPECT_LT(rough, 1e-2);
+  const double all = session->roughness();
+  EXPECT_LT(all, 0.95 * rough) << "the slit's walls are smooth";
+  slash(-0.4);
+  slash(0.4);
+  EXPECT_LT(session->roughness(), 0.95 * all);
+  EXPECT_EQ(session->score()->roughness, rough);
+}
+
 TEST(Score, NoLesionNoScoreAndALesionBesideTheBodyIsRefused) {
   Scene scene = slab(0.2);
   scene.lesion.reset();

@@ -1,8 +1,10 @@
 #include "kerf/cutting/wall_points.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "kerf/base/indexed.h"
 #include "kerf/cutting/half_edge_split.h"
 
 namespace kerf {
@@ -90,6 +92,32 @@ void wall_points(const CellComplex& body, WallId wall, std::vector<WallPoint>& o
       out.push_back(w);
     }
   }
+}
+
+std::vector<WallId> bare_walls(const CellComplex& body) {
+  const CollisionMesh& mesh = body.collision;
+  // Ends of border edges at rest, in one order for both of its sides.
+  struct Place {
+    std::array<double, 6> ends;
+    WallId wall;
+  };
+  std::vector<Place> places;
+  for (const WallId w : ids<WallId>(body.wall_edge.size())) {
+    const CollisionHalfEdge h = body.wall_edge[w];
+    const Vec3 a = mesh.rest[mesh.from(h)], b = mesh.rest[mesh.to(h)];
+    const std::array<double, 3> x{a.x, a.y, a.z}, y{b.x, b.y, b.z};
+    const auto& [low, high] = std::minmax(x, y);
+    places.push_back({{low[0], low[1], low[2], high[0], high[1], high[2]}, w});
+  }
+  std::sort(places.begin(), places.end(), [](const Place& p, const Place& q) { return p.ends < q.ends; });
+  std::vector<WallId> bare;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const bool faces = (i > 0 && places[i - 1].ends == places[i].ends) ||
+                       (i + 1 < places.size() && places[i + 1].ends == places[i].ends);
+    if (!faces) bare.push_back(places[i].wall);
+  }
+  std::sort(bare.begin(), bare.end());
+  return bare;
 }
 
 double wall_roughness(const CellComplex& body, const std::vector<WallId>& walls) {

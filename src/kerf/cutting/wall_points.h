@@ -25,6 +25,14 @@ void wall_points(const CellComplex& body, WallId wall, std::vector<WallPoint>& o
 /// Unit vector away from the material, in the mid-surface and across the border edge of a wall.
 Vec3 wall_outward(const CollisionMesh& mesh, CollisionHalfEdge border);
 
+/// The walls that face nothing: those of a slit face each other, to the bit, until one side is shaved or taken away. What is taken out
+/// leaves bare walls.
+///
+///   a slit    ───────────        a hole    ┌──────┐
+///             ───────────                  │ gone │  bare all around
+///             neither bare                 └──────┘
+std::vector<WallId> bare_walls(const CellComplex& body);
+
 /// Root mean square distance (metres) of the vertices of these walls from the smooth walls; 0 for none.
 double wall_roughness(const CellComplex& body, const std::vector<WallId>& walls);
 

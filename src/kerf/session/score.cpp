@@ -6,6 +6,7 @@
 
 #include "kerf/base/indexed.h"
 #include "kerf/cutting/pieces.h"
+#include "kerf/cutting/wall_points.h"
 #include "kerf/session/session_impl.h"
 
 namespace kerf {
@@ -80,7 +81,7 @@ std::optional<TrainerScore> Session::score() const {
   score.healthy_removed = std::max(0.0, before.healthy - now.healthy);
   score.healthy_share = before.healthy > 0 ? score.healthy_removed / before.healthy : 0;
   score.loose_pieces = std::max(0, collision_pieces(s.state.body.complex).count - s.pieces_at_start);
-  score.roughness = roughness();
+  score.roughness = wall_roughness(s.state.body.complex, bare_walls(s.state.body.complex));
   score.largest_force = s.state.largest_tool_force;
   score.time = s.state.time;
   return score;

@@ -22,7 +22,7 @@ struct TrainerScore {
   double healthy_removed = 0;  ///< m^3 of anything else that is gone
   double healthy_share = 0;    ///< of what there was
   int loose_pieces = 0;        ///< left behind
-  double roughness = 0;        ///< metres: RMS of the cut surfaces that remain
+  double roughness = 0;        ///< metres: RMS of the cut surfaces from which something is gone; slits have none
   double largest_force = 0;    ///< N: Session::ToolState::force of a tool, in any step (mean over it)
   double time = 0;             ///< s, simulated
 };

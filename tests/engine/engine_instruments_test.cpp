@@ -171,6 +171,23 @@ TEST(Instruments, ADraggedPunchBitesOnAndShiftLeavesThePieces) {
   expect_sound(table, page);
 }
 
+TEST(Instruments, APunchBitesOnBetweenTheSamplesOfAQuickDrag) {
+  Table table({}, trainer());
+  const auto page = table.join();
+  table.tick();
+  use(table, page, kPunch, {{0, 0.0200, 0}, {0, 0.0110, 0}, {0, -0.0060, 0}}, 0.0012f);
+  EXPECT_EQ(table.pages[page].pieces, 2u) << "no web is left between bites";
+  EXPECT_TRUE(table.pages[page].errors.empty());
+  const auto missed = [](const auto& cut) { return cut.outcome != 0; };
+  EXPECT_EQ(std::count_if(table.pages[page].cuts.begin(), table.pages[page].cuts.end(), missed), 0);
+  // Over the gap it has made: that is told once, when it is up.
+  table.pages[page].cuts.clear();
+  use(table, page, kPunch, {{0, 0.0150, 0}, {0, 0.0120, 0}}, 0.0004f);
+  EXPECT_EQ(std::count_if(table.pages[page].cuts.begin(), table.pages[page].cuts.end(), missed), 0);
+  EXPECT_EQ(table.pages[page].errors.size(), 1u);
+  expect_sound(table, page);
+}
+
 TEST(Instruments, APunchThatComesFromBesideTheBodyBitesOnItsWay) {
   Table table({}, trainer());
   const auto page = table.join();

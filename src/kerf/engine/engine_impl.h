@@ -84,6 +84,9 @@ struct HandInstrument {
   double pressure = 0.5;
 };
 
+/// A ray at part t of the way between two; the eye may move on in a stroke.
+protocol::ViewRay between(const protocol::ViewRay& a, const protocol::ViewRay& b, double t);
+
 struct Engine::Impl {
   EngineOptions options;
   // The scene that is shown, as a LoadedScene brought it, and the one that is on its way
@@ -285,6 +288,10 @@ struct Engine::Impl {
   void work_instrument(double real_seconds);
   void put_down(const protocol::ToolInput& input);
   Status bite(const protocol::ToolInput& input);
+  /// A bite where the ray meets the body or passes it by less than `near` metres, if that is far enough from the last one.
+  Status bite_at(const protocol::ViewRay& ray, double near, const protocol::ToolInput& input);
+  /// On the ray at the depth of the body; beside it, of where the instrument worked last.
+  Vec3 at_depth(const protocol::ViewRay& ray);
   Status snip(const protocol::ToolInput& input);
   Status shave(double real_seconds);
   Status suck(bool now);

@@ -20,8 +20,14 @@ using Kind = SessionChange::Kind;
 constexpr double kOwnSize = 0.035;
 /// A punch that is dragged bites again this many radii on.
 constexpr double kNextBite = 1.4;
+/// It bites so many radii beside the body at most, as far as it bites on; where it is put down or lifted, a whole radius.
+constexpr double kPassing = kNextBite - 1;
+/// Where the next bite may be is looked for in steps of so many radii, and so many times at most between two samples.
+constexpr double kLookOn = 0.1, kMostLooks = 1000;
 /// How jagged a bite is, in radii.
 constexpr double kJagged = 0.15;
+/// An instrument so many sizes beside the body is as deep in the picture as what it passes by.
+constexpr double kBesideSizes = 4;
 /// Scissors that are lifted this part of their blades' length on still cut.
 constexpr double kLastSnip = 0.1;
 /// What a shaver takes off: bumps, 1/s, and smooth edges, radii a second.
@@ -106,38 +112,61 @@ void Engine::Impl::put_down(const protocol::ToolInput& input) {
   i.parked = session->tools()[*i.tool].pose;
 }
 
+Vec3 Engine::Impl::at_depth(const ViewRay& ray) {
+  const auto at = aim(ray, kBesideSizes * instrument->size);
+  const auto& last = instrument->last;
+  const double depth = at     ? dot(at->middle - ray.origin, ray.direction)
+                       : last ? dot(*last - ray.origin, ray.direction)
+                              : norm(rest_box.center() - ray.origin);
+  return ray.origin + depth * ray.direction;
+}
+
 Status Engine::Impl::bite(const protocol::ToolInput& input) {
   HandInstrument& i = *instrument;
   for (const protocol::ToolSample& s : input.samples) {
-    const auto at = aim(s.ray, i.size);
-    if (!at) continue;
-    const Vec3 centre = below(*at);
-    if (i.last && norm(centre - *i.last) < kNextBite * i.size) continue;
-    i.last = centre;
-    send_pending_report();
-    const BodyCounts before = current_counts();
-    const std::size_t first = session->strokes().size();
-    SessionChange punch;
-    punch.kind = Kind::kPunch;
-    const bool take = !(input.modifiers & protocol::kShift);
-    punch.values = {take ? 2.0 : 0.0, 2 * at->half + i.size, kJagged * i.size};
-    put(punch.values, centre);
-    put(punch.values, at->normal);
-    put(punch.values, std::abs(at->normal.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
-    const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
-    for (const Vec2 corner : circle_outline(i.size, std::min(tolerance, 0.2 * i.size))) {
-      punch.values.push_back(corner.x);
-      punch.values.push_back(corner.y);
-    }
-    Status done = perform(std::move(punch));
-    const auto& strokes = session->strokes();
-    if (strokes.size() == first + 2 && strokes.back().kind == StrokeRecord::Kind::kRemoval)
-      taken_with.insert(first + 1);
-    report_strokes(input.input, first, before);
-    if (!done.ok()) return done;
+    // A quick drag has few samples: it bites on the way between them, too.
+    const ViewRay from = i.rays.empty() ? s.ray : i.rays.back();
+    const double way = norm(at_depth(s.ray) - at_depth(from));
+    const double parts = std::min(kMostLooks, std::max(1.0, std::ceil(way / (kLookOn * i.size))));
+    for (double k = 1; k < parts; ++k) KERF_TRY(bite_at(between(from, s.ray, k / parts), kPassing * i.size, input));
+    KERF_TRY(bite_at(s.ray, input.phase == Phase::kMove ? kPassing * i.size : i.size, input));
+    i.rays.assign(1, s.ray);
   }
-  if (input.phase == Phase::kUp && !i.last) return bad_input("There is nothing here to bite.");
+  if (input.phase == Phase::kUp && !i.any) return bad_input("There is nothing here to bite.");
   return {};
+}
+
+Status Engine::Impl::bite_at(const ViewRay& ray, double near, const protocol::ToolInput& input) {
+  HandInstrument& i = *instrument;
+  const auto at = aim(ray, near);
+  if (!at) return {};
+  const Vec3 centre = below(*at);
+  if (i.last && norm(centre - *i.last) < kNextBite * i.size) return {};
+  send_pending_report();
+  const BodyCounts before = current_counts();
+  const std::size_t first = session->strokes().size();
+  SessionChange punch;
+  punch.kind = Kind::kPunch;
+  const bool take = !(input.modifiers & protocol::kShift);
+  punch.values = {take ? 2.0 : 0.0, 2 * at->half + i.size, kJagged * i.size};
+  put(punch.values, centre);
+  put(punch.values, at->normal);
+  put(punch.values, std::abs(at->normal.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
+  const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
+  for (const Vec2 corner : circle_outline(i.size, std::min(tolerance, 0.2 * i.size))) {
+    punch.values.push_back(corner.x);
+    punch.values.push_back(corner.y);
+  }
+  const Status done = perform(std::move(punch));
+  const auto& strokes = session->strokes();
+  if (strokes.size() == first + 2 && strokes.back().kind == StrokeRecord::Kind::kRemoval) taken_with.insert(first + 1);
+  // Of a drag that has cut, a bite that met a hole is no news.
+  if (strokes.size() > first) {
+    i.any = true;
+    i.last = centre;
+    report_strokes(input.input, first, before);
+  }
+  return done;
 }
 
 Status Engine::Impl::snip(const protocol::ToolInput& input) {
@@ -145,12 +174,7 @@ Status Engine::Impl::snip(const protocol::ToolInput& input) {
   protocol::ToolInput snips = input;
   snips.samples.clear();
   const auto close = [&](const protocol::ToolSample& s, double least) {
-    // Beside the body, distances are those at the depth of where it was met last.
-    const auto at = aim(s.ray, 4 * i.size);
-    const double depth = at       ? dot(at->middle - s.ray.origin, s.ray.direction)
-                         : i.last ? dot(*i.last - s.ray.origin, s.ray.direction)
-                                  : norm(rest_box.center() - s.ray.origin);
-    const Vec3 here = s.ray.origin + depth * s.ray.direction;
+    const Vec3 here = at_depth(s.ray);
     if (i.last && norm(here - *i.last) < least) return;
     i.last = here;
     snips.samples.push_back(s);

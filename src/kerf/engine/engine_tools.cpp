@@ -31,12 +31,11 @@ bool same_ray(const ViewRay& a, const ViewRay& b) {
          dot(a.direction, b.direction) > 0;
 }
 
-/// The eye may move on in a stroke.
+}  // namespace
+
 ViewRay between(const ViewRay& a, const ViewRay& b, double t) {
   return {lerp(a.origin, b.origin, t), normalized(lerp(a.direction, b.direction, t))};
 }
-
-}  // namespace
 
 Status Engine::Impl::perform(SessionChange change) {
   KERF_TRY(check(change));  // no recording may have it

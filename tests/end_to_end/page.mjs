@@ -106,6 +106,26 @@ await check('what was clicked does not keep the keyboard', async () => {
   assert.equal(saved, 1, 'pictures saved');
 });
 
+await check('an operation goes on, however the dialog of its end is closed', async () => {
+  await scene('trainer');
+  await page.evaluate(() => { window.kerf.app.play(true); document.getElementById('view').focus(); });
+  await playing(true);
+  for (const [how, close] of [['Escape', () => page.keyboard.press('Escape')], ['the cross', () => page.click('#result form button')], ['Go on', () => page.click('#result-on')]]) {
+    await page.keyboard.press('d');
+    await until(page, () => document.getElementById('result').open);
+    await playing(false);
+    await close();
+    await until(page, () => !document.getElementById('result').open);
+    await page.waitForTimeout(300);  // the page shows at once what it asks for; the engine has answered by then
+    assert.equal((await state(page)).playing, true, how);
+  }
+  // Another scene ends the operation: it is not told to go on.
+  await page.keyboard.press('d');
+  await playing(false);
+  await scene('sheet');
+  assert.equal(await page.evaluate(() => document.getElementById('result').open), false);
+});
+
 await check('two presses before the engine answers are two presses', async () => {
   const was = (await state(page)).playing;
   const after = (presses) => page.evaluate((n) => { for (let i = 0; i < n; i++) document.getElementById('play').click(); return window.kerf.state().playing; }, presses);

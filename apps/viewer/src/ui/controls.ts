@@ -353,10 +353,11 @@ export function bindControls(app: App): void {
 
   // Score
   const result = byId<HTMLDialogElement>('result');
+  const kOver = 'over'; // the operation that the dialog tells of has ended
   const showScore = (s: Score | null): void => {
     byId('score').hidden = s === null;
     if (!s) {
-      if (result.open) result.close();
+      if (result.open) result.close(kOver);
       return;
     }
     const mm3 = 1e9 * s.healthyRemoved;
@@ -380,8 +381,13 @@ export function bindControls(app: App): void {
         ? ` ${s.loosePieces === 1 ? 'A loose piece is' : `${s.loosePieces} loose pieces are`} left behind.`
         : '';
     setText('result-words', left + loose);
+    result.returnValue = '';
     result.showModal();
   }
+  // Finish pauses. Whatever closes the dialog goes on: the button, Escape, the cross.
+  result.addEventListener('close', () => {
+    if (result.returnValue !== kOver) app.play(true);
+  });
   button('finish').onclick = finish;
   button('result-save').onclick = () => {
     // What is recorded began when the scene was loaded or reset, whenever the button is pressed.
@@ -389,14 +395,11 @@ export function bindControls(app: App): void {
     app.setRecording(false);
   };
   button('result-again').onclick = () => {
-    result.close();
+    result.close(kOver);
     app.reset();
     app.play(true);
   };
-  button('result-on').onclick = () => {
-    result.close();
-    app.play(true);
-  };
+  button('result-on').onclick = () => result.close();
 
   // Scenes, roles
   button('loading-stop').onclick = () => command(CommandCode.StopLoading);

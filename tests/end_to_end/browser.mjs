@@ -28,9 +28,9 @@ const servers = new Set();
 /** What went wrong beside the checks: errors of pages, servers that were killed. */
 export const errors = [];
 /** kerf view of a scene; ends with an error if it does. */
-export function startServer(scene, port = 0) {
+export function startServer(scene, port = 0, token = 'token-of-this-test') {
   return new Promise((done, fail) => {
-    const child = spawn(program, ['view', scene, '--port', String(port), '--no-browser', '--token', 'token-of-this-test', '--page', join(viewer, 'dist')], { stdio: ['ignore', 'pipe', 'pipe'] });
+    const child = spawn(program, ['view', scene, '--port', String(port), '--no-browser', '--token', token, '--page', join(viewer, 'dist')], { stdio: ['ignore', 'pipe', 'pipe'] });
     servers.add(child);
     let text = '';
     const exited = new Promise((r) => child.on('exit', (code, signal) => {

@@ -638,6 +638,29 @@ await check('lost and back: nothing lies over anything, and what was lost is sai
   assert.equal(await shown('banner'), false);
 });
 
+await check('a page that is refused says which address is good, and comes back when its own is', async () => {
+  const { port, url } = server, said = (part) => until(page, (t) => !document.getElementById('banner').hidden && document.getElementById('banner').textContent.includes(t), part);
+  await stopServer(server, 'SIGKILL');
+  await said('connects again by itself');
+  server = await startServer('steak', port, 'another-token');
+  await said('started anew');
+  assert.match(await text('banner'), /Open the address that it printed now/);
+  assert.equal(await text('connection'), 'refused');
+  assert.deepEqual(await overlaps(), []);
+  await page.screenshot({ path: join(out, 'refused.png') });
+  await page.waitForTimeout(2500);  // two more tries
+  assert.match(await text('banner'), /started anew/);
+  const wrong = await page.context().newPage();
+  await wrong.goto(url);
+  await until(wrong, () => /refuses this address.*with its token/.test(document.getElementById('banner').textContent));
+  await wrong.close();
+  await stopServer(server, 'SIGKILL');
+  await said('connects again by itself');
+  server = await startServer('steak', port);
+  await until(page, () => window.kerf.state().connection === 'live' && window.kerf.state().toolAllowed);
+  assert.equal(await shown('banner'), false);
+});
+
 await check('on touch everything can be hit, and says what it is', async () => {
   const cdp = await page.context().newCDPSession(page);
   await scene('trainer');

@@ -38,7 +38,7 @@ class FakeSocket {
 const hello = (session: bigint): ArrayBuffer =>
   encodeEngineMessage({ type: 'hello', session, client: 1, readOnly: false, tick: 60, name: 's', json: '{}' });
 
-let states: string[], errors: unknown[];
+let states: string[], errors: unknown[], answer: () => Promise<{ status: number }>;
 const events = new Proxy({} as EngineEvents, {
   get: (_, name) => (x: unknown) => {
     if (name === 'state') states.push(x as string);
@@ -50,6 +50,8 @@ beforeEach(() => {
   FakeSocket.all = [];
   states = [];
   errors = [];
+  answer = () => Promise.reject(new Error('nobody listens'));
+  vi.stubGlobal('fetch', () => answer());
   vi.stubGlobal('WebSocket', FakeSocket);
   vi.stubGlobal(
     'window',
@@ -108,6 +110,40 @@ describe('the socket engine', () => {
     e.stop();
     await vi.advanceTimersByTimeAsync(20000);
     expect(FakeSocket.all.length).toBe(8);
+  });
+  it('tells a server that is gone from one that refuses it, and goes on trying', async () => {
+    const e = new SocketEngine('ws://x/engine');
+    e.start(events);
+    const last = (): FakeSocket => FakeSocket.all[FakeSocket.all.length - 1]!;
+    const fails = async (): Promise<string> => {
+      last().close();
+      const said = states[states.length - 1]!,
+        tries = FakeSocket.all.length;
+      while (FakeSocket.all.length === tries) await vi.advanceTimersByTimeAsync(10);
+      return said;
+    };
+    last().open();
+    last().give(hello(5n));
+    expect(await fails()).toBe('lost');
+    expect(await fails()).toBe('lost');
+    // It answers again: the try that failed meanwhile tells nothing, the next one does.
+    answer = () => Promise.resolve({ status: 426 });
+    expect(await fails()).toBe('lost');
+    expect(await fails()).toBe('refused');
+    expect(await fails()).toBe('refused');
+    expect(states.slice(-2)).toEqual(['refused', 'refused']);
+    // Another server has the port; then nobody.
+    answer = () => Promise.resolve({ status: 404 });
+    expect(await fails()).toBe('refused');
+    expect(await fails()).toBe('lost');
+    answer = () => Promise.resolve({ status: 426 });
+    await fails();
+    expect(await fails()).toBe('refused');
+    last().open();
+    last().give(hello(5n));
+    expect(states[states.length - 1]).toBe('live');
+    expect(await fails()).toBe('lost');
+    e.stop();
   });
   it('asks for everything after losing track', async () => {
     const e = new SocketEngine('ws://x/engine');

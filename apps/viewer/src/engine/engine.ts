@@ -20,7 +20,8 @@ import type {
   Vec3,
 } from './protocol';
 
-export type EngineState = 'connecting' | 'live' | 'lost';
+/** `refused`: the engine is there, and does not take this page. */
+export type EngineState = 'connecting' | 'live' | 'lost' | 'refused';
 
 /** Called with plain data and views that die with the call: copy what is kept. */
 export interface EngineEvents {

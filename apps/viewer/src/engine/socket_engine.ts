@@ -6,6 +6,7 @@ import { kProtocolVersion } from './protocol';
 
 const kFirstRetryMs = 250;
 const kLastRetryMs = 4000;
+const kUpgradeRequired = 426; // HTTP status of the engine's address without a socket, docs/protocol.md
 const kUploadWindowBytes = 1 << 20; // unsent bytes above which an upload waits
 
 export class SocketEngine extends MessageEngine {
@@ -13,6 +14,10 @@ export class SocketEngine extends MessageEngine {
   private retryMs = kFirstRetryMs;
   private retryTimer = 0;
   private stopped = false;
+  /** The last try was refused. */
+  private refused = false;
+  /** The engine's server has answered since the last try. */
+  private answers = false;
   private readonly hurry = (): void => {
     if (!this.socket && !this.stopped) this.connect();
   };
@@ -46,7 +51,9 @@ export class SocketEngine extends MessageEngine {
 
   private connect(): void {
     window.clearTimeout(this.retryTimer);
-    this.events?.state('connecting');
+    if (!this.refused) this.events?.state('connecting');
+    const there = this.answers;
+    let opened = false;
     let socket: WebSocket;
     try {
       socket = new WebSocket(this.url);
@@ -57,6 +64,7 @@ export class SocketEngine extends MessageEngine {
     socket.binaryType = 'arraybuffer';
     this.socket = socket;
     socket.onopen = () => {
+      opened = true;
       this.send({
         type: 'pageHello',
         protocol: kProtocolVersion,
@@ -84,10 +92,22 @@ export class SocketEngine extends MessageEngine {
     socket.onclose = () => {
       if (this.socket !== socket) return;
       this.socket = null;
-      this.events?.state('lost');
+      this.refused = there && !opened;
+      this.events?.state(this.refused ? 'refused' : 'lost');
+      this.ask();
       this.retry();
     };
     socket.onerror = () => socket.close();
+  }
+
+  /** Scripts are not told why a socket fails. A server that answers, and then opens none, refuses it. */
+  private ask(): void {
+    this.answers = false;
+    const signal = AbortSignal.timeout(kLastRetryMs);
+    fetch(this.url.replace(/^ws/, 'http'), { cache: 'no-store', signal }).then(
+      (answer) => (this.answers = answer.status === kUpgradeRequired),
+      () => {},
+    );
   }
 
   private retry(): void {

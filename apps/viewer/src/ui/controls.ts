@@ -451,18 +451,28 @@ export function bindControls(app: App): void {
         : app.connection;
     pill.toggleAttribute('data-plain', pill.textContent === 'live');
     pill.title =
-      app.connection !== 'live'
-        ? 'No connection to the engine'
-        : app.roleNow.held
-          ? 'This page holds the tools'
-          : app.readOnly
-            ? 'A program leads this session'
-            : 'Another page holds the tools';
+      app.connection === 'refused'
+        ? 'kerf view refuses this page'
+        : app.connection !== 'live'
+          ? 'No connection to the engine'
+          : app.roleNow.held
+            ? 'This page holds the tools'
+            : app.readOnly
+              ? 'A program leads this session'
+              : 'Another page holds the tools';
     document.documentElement.toggleAttribute('data-watches', app.readOnly);
-    const lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
-    byId('banner').hidden = !lost;
+    const refused = app.connection === 'refused',
+      lost = app.connection === 'lost' || (app.connection === 'connecting' && app.bodies > 0);
+    byId('banner').hidden = !lost && !refused;
     showNotice();
-    if (lost) {
+    if (refused) {
+      setText(
+        'banner',
+        app.bodies > 0
+          ? 'kerf view was started anew, and this page has its former address. Open the address that it printed now. The page goes on trying.'
+          : 'kerf view refuses this address. Open the whole address that it printed, with its token. The page goes on trying.',
+      );
+    } else if (lost) {
       setText(
         'banner',
         app.bodies > 0

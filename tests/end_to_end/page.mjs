@@ -126,6 +126,53 @@ await check('an operation goes on, however the dialog of its end is closed', asy
   assert.equal(await page.evaluate(() => document.getElementById('result').open), false);
 });
 
+await check('a window that changes ends a stroke where it is', async () => {
+  await page.setViewportSize({ width: 1280, height: 720 });
+  await page.evaluate(() => { window.kerf.app.reset(); window.kerf.app.resetCamera(); window.kerf.app.play(false); document.getElementById('view').focus(); });
+  await playing(false);
+  await page.waitForTimeout(500);
+  const drawn = async () => { await page.waitForTimeout(500); const { version, undoDepth, stroke, ink, drawn: { wall } } = await state(page); return { version, undoDepth, stroke, ink, wall }; };
+  /** Draws, changes the window in the middle, and draws on; what was there before, then, and at the end. */
+  const interrupted = async (key) => {
+    await page.setViewportSize({ width: 1280, height: 720 });
+    await page.waitForTimeout(300);
+    await page.keyboard.press(key);
+    const before = await drawn(), [a, b, c] = await Promise.all([[-0.03, 0.04, 0.01], [-0.03, -0.01, 0.01], [0.02, -0.03, 0.01]].map((p) => rest(page, p)));
+    await page.mouse.move(...a);
+    await page.mouse.down();
+    await page.mouse.move(...b, { steps: 8 });
+    await page.mouse.move(...c, { steps: 8 });
+    const middle = await drawn();
+    assert.equal(middle.stroke, true, key);
+    await page.setViewportSize({ width: 900, height: 600 });
+    await until(page, () => !window.kerf.state().stroke);
+    if (key === '1') await until(page, (n) => window.kerf.state().undoDepth > n, before.undoDepth);
+    const then = await drawn();
+    await page.mouse.move(c[0], c[1] + 40, { steps: 5 });
+    await page.mouse.move(...b, { steps: 5 });
+    await page.mouse.up();
+    const end = await drawn();
+    assert.deepEqual(then, end, `${key}: nothing more is drawn`);
+    assert.equal(end.stroke, false);
+    assert.equal(end.ink, 0);
+    return { before, middle, end };
+  };
+  const scalpel = await interrupted('1');
+  assert.equal(scalpel.end.undoDepth, scalpel.before.undoDepth + 1);
+  assert.ok(scalpel.middle.wall > scalpel.before.wall && scalpel.end.wall >= scalpel.middle.wall, 'what was drawn stays cut');
+  await page.screenshot({ path: join(out, 'window-changed.png') });
+  for (const key of ['2', '3']) {
+    const waiting = await interrupted(key);
+    assert.deepEqual(waiting.end, waiting.before, `${key} is taken back`);
+  }
+  await page.keyboard.press('1');
+  const [from, to] = await line(page, [0.04, -0.02, 0.01], [0.04, 0.02, 0.01], 0);
+  await drag(page, from, to);
+  await until(page, (n) => window.kerf.state().undoDepth > n, scalpel.end.undoDepth);  // pressed again, it cuts
+  await page.setViewportSize({ width: 900, height: 640 });
+  await page.evaluate(() => window.kerf.app.play(true));
+});
+
 await check('two presses before the engine answers are two presses', async () => {
   const was = (await state(page)).playing;
   const after = (presses) => page.evaluate((n) => { for (let i = 0; i < n; i++) document.getElementById('play').click(); return window.kerf.state().playing; }, presses);

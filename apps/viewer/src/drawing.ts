@@ -62,6 +62,7 @@ export class Drawing {
     const w = this.app.canvas.clientWidth || 1,
       h = this.app.canvas.clientHeight || 1;
     if (w === this.width && h === this.height) return;
+    this.app.hand.leaveWindow();
     this.width = w;
     this.height = h;
     this.app.stage.resize(w, h);

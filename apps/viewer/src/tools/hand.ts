@@ -305,6 +305,19 @@ export class Hand {
     this.app.touch(true);
   }
 
+  /** The window gets another size, and the pointer is over another place: the stroke ends where it was. What waits for its end is taken back. */
+  leaveWindow(): void {
+    const { stroke, lastSample } = this;
+    if (!stroke || !lastSample || stroke.deferred || stroke.tool === 'take') {
+      this.cancelStroke(true);
+    } else {
+      this.pointers.cancel();
+      this.liftStroke({ ...lastSample, time: performance.now() });
+    }
+    this.app.ink.clear(); // its places are those of the former window
+    if (stroke) this.leave();
+  }
+
   /** Ends the current stroke without a cut; `tell`: the engine is there to hear it. */
   cancelStroke(tell: boolean): void {
     this.pointers.cancel();

@@ -708,6 +708,50 @@ await check('a page that is refused says which address is good, and comes back w
   assert.equal(await shown('banner'), false);
 });
 
+await check('weights and score leave the tools free in every window', async () => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  await page.keyboard.press('2');
+  await scene('steak');
+  await page.evaluate(() => { window.kerf.app.play(false); document.getElementById('hint').hidden = true; });
+  await playing(false);
+  const [from, to] = await line(page, [-0.004, -0.088, 0.01], [-0.004, 0.088, 0.01]);
+  await drag(page, from, to);
+  await until(page, () => window.kerf.state().pieces === 2);
+  if (!(await shown('weights'))) await page.click('#pieces');
+  await until(page, () => document.querySelectorAll('#weights-rows tr').length === 2);
+  await scene('trainer');
+  await until(page, () => window.kerf.state().score !== null && document.querySelectorAll('#weights-rows tr').length === 1);
+  if (!(await shown('weights'))) await page.click('#pieces');
+  await page.evaluate(() => window.kerf.app.play(false));
+  for (const [width, height] of [[390, 844], [360, 640], [844, 390], [820, 1180], [1280, 720], [900, 640]]) {
+    await page.setViewportSize({ width, height });
+    for (const key of ['9', '1']) {  // with a size, and without
+      await page.keyboard.press(key);
+      // As many rows as there can be: they have room, or are scrolled.
+      await page.evaluate(() => {
+        const rows = document.getElementById('weights-rows');
+        while (rows.children.length < 8) rows.append(rows.children[0].cloneNode(true));
+        document.getElementById('hint').hidden = false;
+      });
+      await page.waitForTimeout(300);
+      assert.ok(await shown('weights') && await shown('score'));
+      assert.deepEqual(await overlaps(), [], `${width} x ${height}, tool ${key}`);
+      const covered = await page.evaluate(() => {
+        const strip = document.getElementById('tools').getBoundingClientRect();
+        return [...document.querySelectorAll('#tools button, #transport button, #finish')].map((b) => [b, b.getBoundingClientRect()])
+          .map(([b, r]) => [b, r.left + r.width / 2, r.top + r.height / 2])
+          .filter(([b, x, y]) => b.getClientRects().length > 0 && !(b.dataset.tool && (x < strip.left || x > strip.right || y < strip.top || y > strip.bottom)))  // scrolled out of the strip
+          .filter(([b, x, y]) => !b.contains(document.elementFromPoint(x, y))).map(([b]) => b.id || b.dataset.tool);
+      });
+      assert.deepEqual(covered, [], `${width} x ${height}, tool ${key}`);
+    }
+    await page.screenshot({ path: join(out, `weights-${width}x${height}.png`) });
+  }
+  await page.setViewportSize({ width: 900, height: 640 });
+  await page.keyboard.press('Shift+W');
+  await page.evaluate(() => { window.kerf.app.play(true); document.getElementById('hint').hidden = true; });
+});
+
 await check('on touch everything can be hit, and says what it is', async () => {
   const cdp = await page.context().newCDPSession(page);
   await scene('trainer');

@@ -425,6 +425,9 @@ await check('what is drawn as a floor is an obstacle; where there is none, the p
   assert.equal(await told('tube'), false, 'there is no weight');
   assert.equal(await told('spiral'), false);
   assert.equal(await told('floorless'), true, 'nobody has closed it yet');
+  assert.equal(await told('meniscus'), true);
+  assert.equal(await told('meniscus-probe'), false, 'the plateau holds what is cut off');
+  assert.equal(await told('floorless'), true);
   await page.screenshot({ path: join(out, 'no-floor.png') });
   await page.click('#hint-close');
   assert.equal(await told('spiral') || await told('floorless'), false);

@@ -352,7 +352,9 @@ export class App implements EngineEvents {
     }
     const state = this.mesh.state;
     if (state && frame.body === state.body) {
+      const placed = this.things.allPlaced;
       if (this.things.place(frame.places, frame.tools)) this.touch(true);
+      if (!placed && this.things.allPlaced) this.listener?.things(this.things.tools.length);
       if (this.things.setContacts(frame.contacts, frame.partners, frame.touching, frame.press)) this.touch(false);
       this.stage.setFloor(this.things.floor);
     }

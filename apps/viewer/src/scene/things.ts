@@ -203,6 +203,10 @@ export class ThingsView {
   get placed(): readonly { thing: Thing; group: Group }[] {
     return this.shown;
   }
+  /** All are where they belong: a frame has said so. */
+  get allPlaced(): boolean {
+    return this.shown.every((s) => s.placed);
+  }
   get toolCount(): number {
     return this.tools.length;
   }

@@ -119,6 +119,15 @@ await check('an operation goes on, however the dialog of its end is closed', asy
     await page.waitForTimeout(300);  // the page shows at once what it asks for; the engine has answered by then
     assert.equal((await state(page)).playing, true, how);
   }
+  // The dialog tells what the panel behind it tells, also of what happens until the engine pauses.
+  await page.keyboard.press('d');
+  await playing(false);
+  const times = () => page.evaluate(() => ['#score', '#result-table'].map((t) => document.querySelector(`${t} tbody`).innerText));
+  await page.evaluate(() => { const { app } = window.kerf; app.score({ ...app.scoreNow, time: app.scoreNow.time + 0.2, loosePieces: 2 }); });
+  const [behind, told] = await times();
+  assert.equal(told, behind);
+  assert.match(await text('result-words'), /2 loose pieces are left behind/);
+  await page.click('#result-on');
   // Another scene ends the operation: it is not told to go on.
   await page.keyboard.press('d');
   await playing(false);
@@ -356,6 +365,12 @@ await check('readouts belong to the scene that is shown', async () => {
   await drag(page, from, to);
   await until(page, () => window.kerf.state().pieces === 2);
   assert.notEqual(await text('r-cut'), '–');
+  await page.evaluate(() => window.kerf.app.engine.resync());  // the same body once more
+  const { bodies } = await state(page);
+  await until(page, (b) => window.kerf.state().bodies > b && window.kerf.state().connection === 'live', bodies);
+  assert.notEqual(await text('r-cut'), '–');
+  await scene('steak');  // the same scene, uncut
+  assert.equal(await text('r-cut'), '–');
   await scene('sheet');
   await until(page, () => document.getElementById('r-cut').textContent === '–');
   if ((await state(page)).playing) await page.keyboard.press('Space');
@@ -753,6 +768,30 @@ await check('weights and score leave the tools free in every window', async () =
   await page.setViewportSize({ width: 900, height: 640 });
   await page.keyboard.press('Shift+W');
   await page.evaluate(() => { window.kerf.app.play(true); document.getElementById('hint').hidden = true; });
+});
+
+await check('the mark of the arthroscope lies under no card', async () => {
+  await scene('trainer');
+  await page.keyboard.press('q');
+  await until(page, () => window.kerf.state().scopeOn);
+  for (const [width, height] of [[1280, 720], [900, 640], [390, 844], [844, 390]]) {
+    await page.setViewportSize({ width, height });
+    for (const [key, turn] of [['1', 0], ['9', 0], ['9', 90], ['1', 90], ['1', 180]]) {
+      await page.keyboard.press(key);
+      await page.evaluate((t) => { window.kerf.app.turnScope(t - (180 / Math.PI) * window.kerf.app.stage.scope.turnedBy); document.getElementById('hint').hidden = false; }, turn);
+      await page.waitForTimeout(600);
+      const over = await page.evaluate(() => {
+        const m = document.getElementById('scope-notch').getBoundingClientRect();
+        return [...document.querySelectorAll('.card')].filter((e) => { const c = e.getBoundingClientRect(); return c.width > 0 && m.left < c.right && c.left < m.right && m.top < c.bottom && c.top < m.bottom; }).map((e) => e.id || e.className);
+      });
+      assert.deepEqual(over, [], `${width} x ${height}, tool ${key}, turned by ${turn}`);
+      if (key === '1' && turn === 0) await page.screenshot({ path: join(out, `notch-${width}.png`) });
+    }
+  }
+  await page.setViewportSize({ width: 900, height: 640 });
+  await page.keyboard.press('1');
+  await page.keyboard.press('q');
+  await until(page, () => !window.kerf.state().scopeOn);
 });
 
 await check('on touch everything can be hit, and says what it is', async () => {

@@ -134,6 +134,7 @@ export class App implements EngineEvents {
   readonly canvas: HTMLCanvasElement;
   look: Look = 'steak';
   private shownScene = '';
+  private bodyNumber = '';
   private shownFrom: Vec3 | null = null;
   private pendingNodes = new Float32Array(0);
   private pending: { version: number; input: number; n: number; fading: Fading } | null = null;
@@ -265,6 +266,11 @@ export class App implements EngineEvents {
     if (!same) {
       this.records.clear();
       this.follow = true;
+    }
+    // A body that starts anew has another number; one that is sent again has its own.
+    const number = `${this.engineSession} ${body.body}`;
+    if (number !== this.bodyNumber) {
+      this.bodyNumber = number;
       this.lastCut = null;
       this.listener?.cut(null);
     }

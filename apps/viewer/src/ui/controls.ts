@@ -19,6 +19,7 @@ import { bindExplanation, kFigures } from './explain';
 import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
 import { noFloorHint, noFloorRead } from './no_floor';
+import { placeNotch } from './notch';
 import { bindOutOfView } from './out_of_view';
 import { bindScenes, goalHint, goalRead } from './scenes';
 import { bindUpload } from './upload';
@@ -368,11 +369,10 @@ export function bindControls(app: App): void {
     setText('s-force', `${short(s.largestForce)} N`);
     setText('s-loose', String(s.loosePieces));
     setText('s-time', `${s.time.toFixed(1)} s`);
+    if (result.open) showResult(s);
   };
-  function finish(): void {
-    const s = app.scoreNow;
-    if (!s || result.open || app.shown) return;
-    app.play(false);
+  /** The dialog tells what the panel tells: the engine goes on until it hears of the pause. */
+  function showResult(s: Score): void {
     byId('result-table').replaceChildren(byId('score').querySelector('table')!.cloneNode(true));
     for (const e of byId('result-table').querySelectorAll('[id]')) e.removeAttribute('id');
     const left = s.lesionRemoved < 0.9 ? 'Some of the lesion is left.' : 'The lesion is out.';
@@ -381,6 +381,12 @@ export function bindControls(app: App): void {
         ? ` ${s.loosePieces === 1 ? 'A loose piece is' : `${s.loosePieces} loose pieces are`} left behind.`
         : '';
     setText('result-words', left + loose);
+  }
+  function finish(): void {
+    const s = app.scoreNow;
+    if (!s || result.open || app.shown) return;
+    app.play(false);
+    showResult(s);
     result.returnValue = '';
     result.showModal();
   }
@@ -644,6 +650,7 @@ export function bindControls(app: App): void {
       byId('r-fps-unit').hidden = app.drawing.fps === 0;
       showRecordingTime();
       lookForPieces();
+      placeNotch(app);
       if (!panel.hidden) {
         for (const [row, of] of [
           ['l', 'cut'],
@@ -720,8 +727,7 @@ export function bindControls(app: App): void {
     },
     scope(on: boolean) {
       button('scope').setAttribute('aria-pressed', String(on));
-      // At rest it looks down: the notch is at the bottom of the picture.
-      byId('scope-mask').style.setProperty('--roll', `${180 + (180 / Math.PI) * app.stage.scope.turnedBy}deg`);
+      placeNotch(app);
       if (on && remembered.get('used-scope') === null) {
         remembered.set('used-scope', '1');
         toast(

@@ -794,6 +794,44 @@ await check('the mark of the arthroscope lies under no card', async () => {
   await until(page, () => !window.kerf.state().scopeOn);
 });
 
+await check('on its side a phone shows the whole body, with an instrument that has a size', async () => {
+  await page.keyboard.press('9');
+  await page.evaluate(() => { window.kerf.app.play(false); document.getElementById('hint').hidden = true; });
+  for (const [width, height] of [[844, 390], [667, 375], [932, 430], [740, 360], [600, 360]]) {
+    await page.setViewportSize({ width, height });
+    await page.waitForTimeout(300);
+    await page.evaluate(() => window.kerf.app.resetCamera());
+    await page.waitForTimeout(300);
+    assert.ok(await shown('size') && await shown('transport'));
+    assert.deepEqual(await overlaps(), [], `${width} x ${height}`);
+    const hidden = await page.evaluate(() => {
+      const { rest: r, nv } = window.kerf.app.mesh.state;
+      let all = 0, under = 0;
+      for (let v = 0; v < nv; v += 13) { const [x, y] = window.kerf.pickRest(...r.slice(3 * v, 3 * v + 3)); all++; if (document.elementFromPoint(x, y)?.id !== 'view') under++; }
+      return under / all;
+    });
+    // Too narrow for one row, the size stands above the buttons.
+    assert.ok(hidden < (width < 660 ? 0.1 : 0.01), `cards hide ${hidden.toFixed(3)} of the body in ${width} x ${height}`);
+    const small = await page.evaluate(() => [...document.querySelectorAll('#transport button, #tools button, #top button, #size input')].filter((e) => e.getClientRects().length > 0)
+      .map((e) => [e.id || e.dataset.tool, e.getBoundingClientRect()]).filter(([, r]) => r.width < 43.5 || r.height < 43.5).map(([n, r]) => `${n}: ${r.width.toFixed(0)} x ${r.height.toFixed(0)}`));
+    assert.deepEqual(small, [], `${width} x ${height}`);
+    await page.screenshot({ path: join(out, `low-${width}.png`) });
+  }
+  // Beside the panel, nothing that is pressed lies under it.
+  await page.setViewportSize({ width: 844, height: 390 });
+  await page.keyboard.press('m');
+  await page.waitForTimeout(300);
+  const covered = await page.evaluate(() => [...document.querySelectorAll('#transport button, #size input')].map((b) => [b, b.getBoundingClientRect()])
+    .filter(([b, r]) => r.width > 0 && !b.contains(document.elementFromPoint(r.left + r.width / 2, r.top + r.height / 2))).map(([b]) => b.id));
+  await page.screenshot({ path: join(out, 'low-panel.png') });
+  assert.deepEqual(covered, []);
+  assert.ok(await page.evaluate(() => document.getElementById('panel').contains(document.getElementById('speed'))));
+  await page.keyboard.press('m');
+  await page.keyboard.press('1');
+  await page.setViewportSize({ width: 900, height: 640 });
+  await page.evaluate(() => window.kerf.app.play(true));
+});
+
 await check('on touch everything can be hit, and says what it is', async () => {
   const cdp = await page.context().newCDPSession(page);
   await scene('trainer');

@@ -763,7 +763,7 @@ export function bindControls(app: App): void {
     media.addEventListener('change', () => place(media.matches));
     place(media.matches);
   };
-  onChange('(max-width: 430px)', (small) =>
+  onChange('(max-width: 430px), (max-height: 520px) and (min-width: 560px)', (small) =>
     small ? byId('speed-place').append(byId('speed-field')) : button('step').after(byId('speed-field')),
   );
   onChange('(max-width: 720px), (max-height: 520px)', (small) =>

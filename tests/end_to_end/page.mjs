@@ -498,6 +498,51 @@ await check('the instrument is where the pointer is, and fades when that is else
   await level(0);
 });
 
+await check('forceps stay at what they hold: a piece that is lifted, and nothing that was left held', async () => {
+  await scene('steak-on-a-board');
+  await page.evaluate(() => { document.getElementById('hint').hidden = true; window.kerf.app.resetCamera(); });
+  if (!(await state(page)).playing) await page.keyboard.press('Space');
+  await playing(true);
+  const middle = [0, -0.02, 0.02], [x, y] = await rest(page, middle), loop = [];
+  for (let i = 0; i <= 24; i++) loop.push([x + 45 * Math.cos(0.26 * i), y + 32 * Math.sin(0.26 * i)]);
+  await page.keyboard.press('3');
+  await page.mouse.move(...loop[0]);
+  await page.mouse.down();
+  for (const p of loop) await page.mouse.move(...p);
+  await page.mouse.up();
+  await until(page, () => window.kerf.state().pieces === 2);
+  await page.keyboard.press('4');
+  await page.mouse.move(x, y);
+  await until(page, ([u, v]) => { const [a, b] = window.kerf.pickPoint(...window.kerf.state().bladeTip); return Math.hypot(a - u, b - v) < 2; }, [x, y]);
+  /** The tip, the vertex that is held, and the pointer, in the window. */
+  const apart = async (pointer) => {
+    const tip = await page.evaluate(() => window.kerf.pickPoint(...window.kerf.state().bladeTip)), to = (p) => Math.hypot(p[0] - tip[0], p[1] - tip[1]);
+    return { piece: to(await rest(page, middle)), pointer: to(pointer) };
+  };
+  const first = await apart([x, y]), to = [x + 80, y + 30];
+  await page.mouse.down();
+  await page.mouse.move(...to, { steps: 12 });
+  await until(page, (t) => window.kerf.state().time > t, (await state(page)).time + 1.5);
+  const carried = await apart(to);
+  await page.screenshot({ path: join(out, 'carried.png') });
+  assert.ok(Math.abs(carried.piece - first.piece) < 4, `the tip is ${carried.piece} pixels beside the place that it took hold of ${first.piece} beside`);
+  assert.ok(carried.pointer > 20, 'the piece is lifted');
+  await page.keyboard.down('Shift');
+  await page.mouse.up();
+  await page.keyboard.up('Shift');
+  // Beside the body the hand closes on nothing, whatever else is held.
+  const beside = await page.evaluate(() => window.kerf.pickPoint(0.12, -0.1, -0.01));
+  await page.mouse.move(...beside);
+  await page.waitForTimeout(300);
+  await page.mouse.down();
+  await page.mouse.move(beside[0] + 20, beside[1], { steps: 4 });
+  await page.waitForTimeout(500);
+  const empty = await apart([beside[0] + 20, beside[1]]);
+  await page.mouse.up();
+  await page.keyboard.press('1');
+  assert.ok(empty.pointer < 4, `with nothing in it the tip is ${empty.pointer} pixels from the pointer`);
+});
+
 await check('what fell out of the picture is said, and shown on request only', async () => {
   await floorless();
   await page.evaluate(() => { window.kerf.app.command(4, [0.5]); document.getElementById('hint').hidden = true; });

@@ -46,6 +46,7 @@ import { LatencyMeter } from './stats/latency';
 import { Records } from './stats/records';
 import { toolInfo, type ToolName } from './tools/tools';
 import { ghostAt } from './tools/ghost';
+import { Grip } from './tools/grip';
 import { Hand } from './tools/hand';
 import { Hover } from './tools/hover';
 import { Lead } from './tools/lead';
@@ -100,6 +101,7 @@ export class App implements EngineEvents {
   readonly drawing: Drawing;
   readonly lead = new Lead(this);
   readonly hover = new Hover(this);
+  readonly grip = new Grip(this);
   readonly latency = new LatencyMeter();
   readonly records = new Records();
   listener: AppListener | null = null;
@@ -141,8 +143,6 @@ export class App implements EngineEvents {
   private lastSeq = 0;
   private ackedSeq = 0;
   private thingList: Thing[] = [];
-  /** A copy of what is held last, and where. */
-  holds: { copy: number; point: Vec3 } | null = null;
   private lastProgress = 0;
   private uploads = 0;
   private uploadInput = 0;
@@ -237,7 +237,6 @@ export class App implements EngineEvents {
     this.hand.cancelStroke(false);
     this.ink.clear();
     this.hover.under = kNoNode;
-    this.holds = null;
     this.bodies++;
     const state = new BodyState(body),
       info = this.info;
@@ -377,9 +376,7 @@ export class App implements EngineEvents {
       fading: { ids: ids.slice(), offsets: offsets.slice() },
     };
     if (this.blade.setGrasps(frame.grasps)) this.touch(true);
-    const last = frame.held.length - 1,
-      [x, y, z] = frame.grasps.subarray(6 * last);
-    this.holds = last < 0 ? null : { copy: frame.held[last]!, point: [x!, y!, z!] };
+    this.grip.frame(frame);
     if (this.showing) this.placeGhost(frame.grasps);
   }
 
@@ -696,6 +693,7 @@ export class App implements EngineEvents {
         this.touch(true);
         if (this.hand.at) this.hover.changed = true;
       }
+      if (this.grip.place()) this.touch(true);
       this.latency.echoed(pending.input, performance.now(), 'motion');
     }
     if (state && this.mesh.crease.update(state, now, this.strokeActive)) this.touch(false);

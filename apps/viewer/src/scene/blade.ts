@@ -181,6 +181,7 @@ export class Blade {
   /** What fades, and how opaque it is when all of it is there. */
   private readonly fading: [Material, number][];
   readonly tip = new Vector3();
+  readonly normal = new Vector3(0, 0, 1);
   private readonly heading = new Vector3(1, 0, 0);
   private readonly lastPoint = new Vector3(NaN, 0, 0);
 
@@ -306,6 +307,7 @@ export class Blade {
     this.presence.come(pressed);
     this.shade();
     this.tip.copy(point);
+    this.normal.copy(normal);
     const size = Math.min(this.size, kMostOfDistance * eye.distanceTo(point));
     const cutting = this.tool === 'scalpel' || this.tool === 'line' || this.tool === 'closed';
     const tool = this.tool,
@@ -323,7 +325,8 @@ export class Blade {
     if (Number.isFinite(this.lastPoint.x)) {
       const step = point.clone().sub(this.lastPoint);
       step.addScaledVector(normal, -step.dot(normal));
-      if (step.length() > 0.004 * this.size) {
+      // Forceps that hold do not turn in the hand.
+      if (step.length() > 0.004 * this.size && !(held && pressed)) {
         this.heading.lerp(step.normalize(), 0.35);
         if (this.heading.lengthSq() < 1e-6) this.heading.set(1, 0, 0);
         this.heading.normalize();

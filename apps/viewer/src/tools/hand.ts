@@ -10,6 +10,7 @@ const kFingerPixels = 22; // half as wide as what a fingertip hits
 const kPointerPixels = 8; // of a mouse or pen: as far as a hand in motion misses by
 const kToTheRim: ReadonlySet<ToolName> = new Set(['scalpel', 'line'] as const);
 const kToCut: ReadonlySet<ToolName> = new Set(['scalpel', 'line', 'closed', 'scissors'] as const);
+const kToHold: ReadonlySet<ToolName> = new Set(['grasp', 'take'] as const);
 const kMotions: ReadonlySet<ToolName> = new Set(['grasp', 'take', 'probe', 'suction'] as const);
 
 export class Hand {
@@ -58,17 +59,20 @@ export class Hand {
     return Math.hypot(a![0] - b![0], a![1] - b![1], a![2] - b![2]);
   }
 
-  private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): void {
+  /** Returns the number of the last message; 0: none was sent. */
+  private send(messages: StrokeMessage[], e: { timeStamp: number }, modifiers: number): number {
+    let last = 0;
     for (const m of messages) {
-      const input = this.app.engine.tool({
+      const input = (last = this.app.engine.tool({
         ...m,
         modifiers,
         size: this.app.instrumentSize(this.app.tool) || this.rimReach,
-      });
+      }));
       this.app.latency.sent(input, e.timeStamp, kMotions.has(this.app.tool) ? 'motion' : 'cut');
       this.pacer.sent(input, performance.now());
       this.app.ink.sent(input);
     }
+    return last;
   }
 
   /** Takes the samples of an event that did not come with an earlier one; sends them if the engine keeps up. */
@@ -139,7 +143,9 @@ export class Hand {
         this.app.ink.begin(this.app.tool, at.x, at.y);
         this.heldModifiers = this.modifiers(e);
         this.lastSample = this.sample(e);
-        this.send(this.stroke.down(this.lastSample), e, this.heldModifiers);
+        const closed = this.send(this.stroke.down(this.lastSample), e, this.heldModifiers);
+        if (kToHold.has(this.app.tool)) this.app.grip.close(closed, this.lastSample);
+        else this.app.grip.open();
         this.app.listener?.used(this.app.tool);
       },
       capture,

@@ -58,6 +58,7 @@ export class Hover {
       normal = new Vector3(...hit.normal),
       touching = hit.triangle >= 0;
     this.under = hit.copy;
+    if (this.app.grip.holds) return; // the instrument is at what it holds
     if (!touching) {
       // Beside the body the tool hovers where the view ray meets the height of the body's middle.
       const c = this.app.mesh.bounds.center.z,

@@ -93,7 +93,7 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
   const point = (): void => {
     const at = app.hand.at;
     if (!kHolds.has(app.tool) || !app.toolAllowed || app.showing) return pointed.put(null, 0, 0);
-    const held = app.strokeActive ? app.holds : null;
+    const held = app.grip.holds;
     const weight = held
       ? app.scales.of(held.copy)
       : at && app.hover.under !== kNoNode

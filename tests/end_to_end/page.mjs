@@ -71,6 +71,34 @@ await check('a body is seen after the window changed and another scene came', as
   }
 });
 
+await check('a scene opens with its body whole between the controls, at a desk and on a phone', async () => {
+  const size = page.viewportSize();
+  for (const viewport of [{ width: 1280, height: 720 }, { width: 390, height: 844 }]) {
+    await page.setViewportSize(viewport);
+    for (const name of ['spiral', 'draped-sheet-104', 'tube', 'steak-on-a-board']) {
+      await scene(name);
+      if (!(await state(page)).playing) await page.keyboard.press('Space');
+      await until(page, () => window.kerf.state().time > 1.5);  // what hangs has sunk
+      await page.waitForTimeout(500);
+      const hidden = await page.evaluate(() => {
+        const s = window.kerf.app.mesh.state, under = new Set();
+        for (let v = 0; v < s.nv; v += Math.ceil(s.nv / 150)) {
+          const [x, y] = window.kerf.pickRest(...s.rest.subarray(3 * v, 3 * v + 3)), met = document.elementFromPoint(x, y);
+          if (!['view', 'ink'].includes(met?.id)) under.add(met?.closest('[id]')?.id ?? `nothing: ${Math.round(x)}, ${Math.round(y)}`);
+          for (const id of ['hint', 'transport']) {  // the hint lets the pointer through
+            const b = document.getElementById(id).getBoundingClientRect();
+            if (x > b.left && x < b.right && y > b.top && y < b.bottom) under.add(id);
+          }
+        }
+        return [...under];
+      });
+      await page.screenshot({ path: join(out, `opens-${name}-${viewport.width}.png`) });
+      assert.deepEqual(hidden, [], `${name}, ${viewport.width} pixels wide: over the body lies`);
+    }
+  }
+  await page.setViewportSize(size);
+});
+
 await check('what was clicked does not keep the keyboard', async () => {
   let saved = 0;
   page.on('download', () => { saved++; });

@@ -32,6 +32,7 @@ import { BodyMesh } from './scene/body_mesh';
 import { BodyState } from './scene/body_state';
 import { Drawing } from './drawing';
 import { Ink } from './scene/ink';
+import { kNothingOver, type Insets } from './scene/framing';
 import type { Look, QualityLevel } from './scene/materials';
 import { makeNoiseTexture } from './scene/noise';
 import { receiveContact } from './scene/occlusion';
@@ -85,6 +86,8 @@ export interface AppListener {
   showing(): void;
   recording(since: number | null): void; // performance.now() of its start
   views(): void;
+  /** Pixels of the window that controls lie over. */
+  overView(): Insets;
 }
 
 const kShownAfter = 0.6;
@@ -255,7 +258,7 @@ export class App implements EngineEvents {
     if (!same && this.stage.scopeOn) this.setScope(false); // another scene opens in its own view
     this.stage.setBox(info?.box ?? boxOf(state), look, same);
     if (!same) this.ownView = false;
-    this.viewOfShow();
+    this.viewOfShow(!same);
     this.blade.setSize(this.stage.size);
     const scope = info?.scope;
     if (!same)
@@ -292,17 +295,16 @@ export class App implements EngineEvents {
   }
 
   /** What a scene does is watched from where it is seen well, and its body worked on in the view of all bodies. A person's own view stays. */
-  private viewOfShow(): void {
+  private viewOfShow(opens: boolean): void {
     const view = this.shown ? (this.info?.script?.view ?? null) : null;
-    const turns = view !== this.shownFrom && !this.ownView;
+    const turns = (view !== this.shownFrom || opens) && !this.ownView;
     this.shownFrom = view;
     if (turns) this.openingView();
   }
   /** The view that nobody has chosen: of all bodies, or of what the scene does. */
   openingView(): void {
-    if (this.stage.scopeOn) return;
-    this.stage.resetCamera();
-    if (this.shownFrom) this.stage.lookAlong(this.shownFrom);
+    this.stage.over = this.listener?.overView() ?? kNothingOver;
+    this.stage.lookAt(this.pieceView.subject(), this.shownFrom ?? undefined);
   }
 
   patch(patch: Patch): void {
@@ -596,9 +598,10 @@ export class App implements EngineEvents {
   lookAtAll(fly: boolean): void {
     this.ownView = false;
     if (fly) this.follow = false;
+    this.stage.over = this.listener?.overView() ?? kNothingOver;
     if (fly && !matchMedia('(prefers-reduced-motion: reduce)').matches)
-      this.stage.flyTo(() => this.pieceView.ball(), performance.now());
-    else this.stage.lookAt(this.pieceView.ball());
+      this.stage.flyTo(() => this.pieceView.subject(), performance.now());
+    else this.stage.lookAt(this.pieceView.subject());
     this.touch(false);
   }
   setRecording(on: boolean): void {

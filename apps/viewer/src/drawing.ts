@@ -116,9 +116,9 @@ export class Drawing {
 
   /** Draws when there is something to draw. */
   frame(now: number): void {
-    const { stage, mesh } = this.app;
-    if (this.ready && this.app.follow && !stage.scopeOn && stage.followTo(mesh.bounds.center, mesh.bounds.radius))
-      this.dirty = true;
+    const { stage } = this.app;
+    const follows = this.ready && this.app.follow && !stage.scopeOn && (this.moved || stage.following);
+    if (follows && stage.followTo(this.app.pieceView.subject())) this.dirty = true;
     if (this.app.stage.animate(now)) this.dirty = true;
     if (this.app.blade.animate(now)) this.touch(!this.app.blade.visible);
     this.drewLast = false;

@@ -1,6 +1,7 @@
 // Which pieces of the body are in the picture, and a ball round those that can be.
-import type { Sphere, Vector3 } from 'three';
+import type { Vector3 } from 'three';
 import type { BodyMesh } from './body_mesh';
+import type { Subject } from './framing';
 import { ballOf, Pieces, within } from './pieces';
 import type { Stage } from './stage';
 
@@ -19,10 +20,14 @@ export class PieceView {
     return this.pieces.places(s, this.mesh.cells.pose);
   }
 
-  /** Round all that have not fallen away for good. */
-  ball(): Sphere {
-    const pieces = this.places();
-    return pieces.length > 0 ? ballOf(within(pieces, this.stage.middle, this.stage.reach)) : this.mesh.bounds;
+  /** All that have not fallen away for good. */
+  subject(): Subject {
+    const s = this.mesh.state;
+    if (s) this.pieces.update(s);
+    const all = s ? this.pieces.outlines(s, this.mesh.cells.pose) : [];
+    if (all.length === 0) return { places: [this.stage.middle.clone()], ball: this.mesh.bounds };
+    const pieces = within(all, this.stage.middle, this.stage.reach);
+    return { places: pieces.flat(), ball: ballOf(pieces) };
   }
 
   /** Pieces of the body, and how many of those within reach are wholly outside the picture. */

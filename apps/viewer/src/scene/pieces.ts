@@ -5,11 +5,31 @@ import { skinPoint } from './skinning';
 
 const kSamples = 200; // drawn vertices of a piece that stand for it
 
+// Along the axes, the diagonals of their planes and of space: corners of boxes, and what is round to within 3 %.
+const kWays = [-1, 0, 1].flatMap((x) => [-1, 0, 1].flatMap((y) => [-1, 0, 1].map((z) => [x, y, z] as const)));
+
+/** The vertices that lie farthest out along each way, at rest. */
+function farthest(rest: Float32Array, vertices: number[]): number[] {
+  return kWays.map(([x, y, z]) => {
+    let most = -Infinity,
+      found = vertices[0]!;
+    for (const v of vertices) {
+      const out = x * rest[3 * v]! + y * rest[3 * v + 1]! + z * rest[3 * v + 2]!;
+      if (out <= most) continue;
+      most = out;
+      found = v;
+    }
+    return found;
+  });
+}
+
 export class Pieces {
   private body = -1;
   private version = -1;
   /** Of each piece: some of its vertices. */
   private samples: number[][] = [];
+  /** Of each piece: vertices that lie farthest out. */
+  private rims: number[][] = [];
   /** Of each node that hexahedra have: the piece. */
   private ofNode = new Int32Array(0);
 
@@ -45,6 +65,7 @@ export class Pieces {
       const n = Math.min(kSamples, vertices.length);
       return Array.from({ length: n }, (_, i) => vertices[Math.floor((i * vertices.length) / n)]!);
     });
+    this.rims = [...all.values()].map((vertices) => farthest(s.rest, vertices));
   }
 
   get count(): number {
@@ -58,7 +79,15 @@ export class Pieces {
 
   /** The places of each piece's samples; `pose`: of the copies, as the mesh is drawn. */
   places(s: BodyState, pose: Float32Array): Vector3[][] {
-    return this.samples.map((vertices) =>
+    return this.placesOf(this.samples, s, pose);
+  }
+  /** With those of its corners and rims. */
+  outlines(s: BodyState, pose: Float32Array): Vector3[][] {
+    const rims = this.placesOf(this.rims, s, pose);
+    return this.places(s, pose).map((p, i) => p.concat(rims[i]!));
+  }
+  private placesOf(all: number[][], s: BodyState, pose: Float32Array): Vector3[][] {
+    return all.map((vertices) =>
       vertices.map(
         (v) => new Vector3(...skinPoint(s, pose, s.copy[v]!, s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!)),
       ),

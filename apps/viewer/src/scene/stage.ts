@@ -16,7 +16,6 @@ import {
   PerspectiveCamera,
   PMREMGenerator,
   Scene,
-  type Sphere,
   SpotLight,
   TOUCH,
   Vector2,
@@ -29,6 +28,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
 import { makeBackdrop, makeTheatre } from './backdrop';
 import { Flight, type View } from './flight';
+import { frameView, isFree, kNothingOver, type Insets, type Subject } from './framing';
 import { Joint } from './joint';
 import type { Look, QualityLevel, Uniforms } from './materials';
 import { installNearLight } from './near_light';
@@ -45,7 +45,14 @@ export interface Box {
   max: Vec3;
 }
 
+// How the view goes after what sinks or swings away, in sizes of the body and parts of the way for each picture.
+const kAstray = 0.15;
+const kArrived = 0.01;
+const kFollow = 0.15;
 const kFieldOfView = 32; // degrees, of the free camera
+/** Towards the eye, where a scene opens. */
+const kHome: Vec3 = [-0.42, -1.18, 0.98];
+const kHomeDistance = 1.88; // sizes of the body: it fills a third of a wide window, and what lies around it is seen
 const kReach = 12; // diagonals of the scene's bodies
 /** Orders of drawing: bodies have 0. */
 export const kBehindBodies = 1;
@@ -117,7 +124,10 @@ export class Stage {
   /** Height of the ground: a level plane among the scene's obstacles. Null: it has none, and none is drawn. */
   private floor: number | null = null;
   private look: Look = 'steak';
-  private home = { position: new Vector3(), target: new Vector3() };
+  /** Pixels of the window that something lies over. */
+  over: Insets = kNothingOver;
+  /** From where things are looked at that nobody has turned: towards the eye. */
+  private towards = new Vector3(...kHome).normalize();
 
   constructor(canvas: HTMLCanvasElement, noise: Data3DTexture, antialias: boolean, software: boolean) {
     this.software = software;
@@ -283,7 +293,7 @@ export class Stage {
   private readonly free = { position: new Vector3() };
   /** Where it goes in and what it looks at; without a place of the scene it comes the way the free camera looks. */
   setScopePlace(place: ScopePlace | null): void {
-    const away = this.home.position.clone().sub(this.home.target).normalize();
+    const away = new Vector3(...kHome).normalize();
     this.scope.set(
       place ?? {
         entry: this.centre.clone().addScaledVector(away, 0.95 * this.size),
@@ -356,7 +366,7 @@ export class Stage {
   /** The eye is under the ground, which would hide the body's other side. */
   private below = false;
 
-  /** A new body: fits light, ground and camera to its box. */
+  /** A new body: fits light and ground to its box. */
   setBox(box: Box, look: Look, keepCamera: boolean): void {
     const lo = new Vector3(...box.min),
       hi = new Vector3(...box.max);
@@ -381,9 +391,6 @@ export class Stage {
     const s = this.sun.shadow;
     s.bias = -0.0004;
     s.normalBias = 0.0045 * d;
-    this.home.target.copy(centre).add(new Vector3(0, 0, -0.03 * d));
-    this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
-    if (!keepCamera) this.resetCamera();
     this.buildGround();
     this.setTheme(this.dark);
   }
@@ -398,48 +405,65 @@ export class Stage {
     return kReach * this.size;
   }
 
-  /** Aims the home view at a ball. How many times more than the scene's bodies it shows. */
-  private aimAt(centre: Vector3, radius: number): number {
-    const d = Math.max(this.size, 2.4 * radius - 0.2 * this.size); // what is wider stays clear of the header
-    this.home.target.copy(centre);
-    this.home.position.copy(centre).add(new Vector3(-0.42, -1.18, 0.98).multiplyScalar(1.18 * d));
-    return d / this.size;
+  /** From where a subject is seen whole, beside what lies over the window. */
+  private viewOf({ places }: Subject): View {
+    const { x: width, y: height } = this.renderer.getSize(new Vector2());
+    return frameView(places, this.towards, kHomeDistance * this.size, {
+      width,
+      height,
+      field: kFieldOfView,
+      over: this.over,
+    });
   }
-  /** Looks at a ball from the home direction. */
-  lookAt(ball: Sphere): void {
+  /** Looks at a subject, from the home direction unless another is given. */
+  lookAt(subject: Subject, towards: Vec3 = kHome): void {
+    if (this.scopeIsOn) return;
     this.flight = null;
-    this.widen(this.aimAt(ball.center, ball.radius));
-    this.resetCamera();
+    this.following = false;
+    this.towards.set(...towards).normalize();
+    this.widen(subject);
+    const { position, target } = this.viewOf(subject);
+    this.camera.position.copy(position);
+    this.controls.target.copy(target);
+    this.controls.update();
   }
-  /** Goes there bit by bit; true while it moves. */
-  followTo(centre: Vector3, radius: number): boolean {
-    this.aimAt(centre, radius);
+  /** Goes there bit by bit once it has left the free part of the window, or gone far; true while it moves. */
+  followTo(subject: Subject): boolean {
     if (this.scopeIsOn) return false;
-    const gap = centre.clone().sub(this.controls.target);
-    if (gap.length() < 0.15 * this.size) return false;
-    gap.multiplyScalar(0.15);
-    this.controls.target.add(gap);
-    this.camera.position.add(gap);
+    const { position, target } = this.viewOf(subject),
+      gap = target.distanceTo(this.controls.target);
+    this.following ||= gap > kAstray * this.size || !this.isFree(subject.places);
+    this.following &&= Math.max(gap, position.distanceTo(this.camera.position)) > kArrived * this.size;
+    if (!this.following) return false;
+    this.controls.target.lerp(target, kFollow);
+    this.camera.position.lerp(position, kFollow);
     return true;
   }
-  /** As lookAt, on a way of a moment; a person who moves the view ends it. */
-  flyTo(ball: () => Sphere, now: number): void {
-    if (this.scopeIsOn) return;
-    const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
-    this.flight = { way: new Flight(from, now), ball };
+  following = false;
+  private isFree(places: readonly Vector3[]): boolean {
+    const { x: width, y: height } = this.renderer.getSize(new Vector2());
+    return places.every((p) => isFree(this.project([p.x, p.y, p.z]), width, height, this.over));
   }
-  private flight: { way: Flight; ball: () => Sphere } | null = null;
+  /** As lookAt, on a way of a moment; a person who moves the view ends it. */
+  flyTo(subject: () => Subject, now: number): void {
+    if (this.scopeIsOn) return;
+    this.towards.set(...kHome).normalize();
+    const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
+    this.flight = { way: new Flight(from, now), subject };
+  }
+  private flight: { way: Flight; subject: () => Subject } | null = null;
   private fly(now: number): void {
-    const { way, ball } = this.flight!,
-      { center, radius } = ball();
-    this.widen(this.aimAt(center, radius));
-    const { position, target } = way.at(now, this.homeView());
+    const { way, subject } = this.flight!;
+    const shown = subject();
+    this.widen(shown);
+    const { position, target } = way.at(now, this.viewOf(shown));
     this.camera.position.copy(position);
     this.controls.target.copy(target);
     if (way.over(now)) this.flight = null;
   }
   /** What is seen is so many times larger than the scene's bodies: mist and the far end of the view give way. */
-  private widen(times: number): void {
+  private widen({ ball }: Subject): void {
+    const times = Math.max(1, (2.4 * ball.radius) / this.size - 0.2);
     if (times === this.wide) return;
     this.wide = times;
     this.camera.far = 30 * times * this.size;
@@ -449,23 +473,6 @@ export class Stage {
     this.light();
   }
   private wide = 1;
-
-  /** The home view, farther away where the window is narrow. */
-  private homeView(): View {
-    const aspect = this.camera.aspect,
-      away = aspect < 1.2 ? Math.min(2.2, 1.2 / aspect) : 1;
-    return {
-      position: this.home.position.clone().sub(this.home.target).multiplyScalar(away).add(this.home.target),
-      target: this.home.target.clone(),
-    };
-  }
-  resetCamera(): void {
-    if (this.scopeIsOn) return;
-    const { position, target } = this.homeView();
-    this.camera.position.copy(position);
-    this.controls.target.copy(target);
-    this.controls.update();
-  }
 
   /** Looks at the body from a direction given in degrees; distance and target stay what they were unless given. */
   lookFrom(azimuth: number, elevation: number, distance?: number, target?: Vec3): void {
@@ -480,12 +487,6 @@ export class Stage {
       .multiplyScalar(r)
       .add(this.controls.target);
     this.controls.update();
-  }
-
-  /** Looks from this direction, as far as it was. */
-  lookAlong([x, y, z]: Vec3): void {
-    const degrees = 180 / Math.PI;
-    this.lookFrom(degrees * Math.atan2(y, x), degrees * Math.atan2(z, Math.hypot(x, y)));
   }
 
   /** Turns the camera by degrees and changes its distance. */

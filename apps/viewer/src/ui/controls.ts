@@ -15,6 +15,7 @@ import type { QualityLevel } from '../scene/materials';
 import type { ViewName } from '../scene/overlays';
 import { kMissed, kTools, toolInfo, type ToolName } from '../tools/tools';
 import { byId, download, remembered, setIcon, setText, short, withUnit } from './dom';
+import { overView } from './free';
 import { bindExplanation, kFigures } from './explain';
 import { bindKeys, type Shortcut } from './keyboard';
 import { showLegend } from './legend';
@@ -623,6 +624,7 @@ export function bindControls(app: App): void {
   // Readouts
   const whole = (x: number | undefined): string => (x === undefined ? '–' : x.toLocaleString('en'));
   app.listener = {
+    overView,
     connection(_state: EngineState) {
       showRole();
     },

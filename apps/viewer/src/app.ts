@@ -32,7 +32,7 @@ import { BodyMesh } from './scene/body_mesh';
 import { BodyState } from './scene/body_state';
 import { Drawing } from './drawing';
 import { Ink } from './scene/ink';
-import { kNothingOver, type Insets } from './scene/framing';
+import { kNothingOver, type Insets, type Subject } from './scene/framing';
 import type { Look, QualityLevel } from './scene/materials';
 import { makeNoiseTexture } from './scene/noise';
 import { receiveContact } from './scene/occlusion';
@@ -304,7 +304,17 @@ export class App implements EngineEvents {
   /** The view that nobody has chosen: of all bodies, or of what the scene does. */
   openingView(): void {
     this.stage.over = this.listener?.overView() ?? kNothingOver;
-    this.stage.lookAt(this.pieceView.subject(), this.shownFrom ?? undefined);
+    this.stage.lookAt(this.subject(), this.shownFrom ?? undefined);
+  }
+  /** All pieces, and the trays that pieces are laid on. */
+  subject(): Subject {
+    const { places, ball } = this.pieceView.subject();
+    return { places: places.concat(this.scales.tops(this.up)), ball };
+  }
+  /** Against gravity; without any, along z. */
+  get up(): Vector3 {
+    const up = new Vector3(...(this.info?.gravity ?? [0, 0, -1])).negate();
+    return up.length() > 0 ? up.normalize() : up.set(0, 0, 1);
   }
 
   patch(patch: Patch): void {
@@ -361,7 +371,11 @@ export class App implements EngineEvents {
     if (state && frame.body === state.body) {
       const placed = this.things.allPlaced;
       if (this.things.place(frame.places, frame.tools)) this.touch(true);
-      if (!placed && this.things.allPlaced) this.listener?.things(this.things.tools.length);
+      if (!placed && this.things.allPlaced) {
+        this.listener?.things(this.things.tools.length);
+        // A scene's trays are seen from the first.
+        if (this.follow && !this.ownView && this.scales.tops(this.up).length > 0) this.openingView();
+      }
       if (this.things.setContacts(frame.contacts, frame.partners, frame.touching, frame.press)) this.touch(false);
       this.stage.setFloor(this.things.floor);
     }
@@ -600,8 +614,8 @@ export class App implements EngineEvents {
     if (fly) this.follow = false;
     this.stage.over = this.listener?.overView() ?? kNothingOver;
     if (fly && !matchMedia('(prefers-reduced-motion: reduce)').matches)
-      this.stage.flyTo(() => this.pieceView.subject(), performance.now());
-    else this.stage.lookAt(this.pieceView.subject());
+      this.stage.flyTo(() => this.subject(), performance.now());
+    else this.stage.lookAt(this.subject());
     this.touch(false);
   }
   setRecording(on: boolean): void {

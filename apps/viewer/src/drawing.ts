@@ -118,7 +118,7 @@ export class Drawing {
   frame(now: number): void {
     const { stage } = this.app;
     const follows = this.ready && this.app.follow && !stage.scopeOn && (this.moved || stage.following);
-    if (follows && stage.followTo(this.app.pieceView.subject())) this.dirty = true;
+    if (follows && stage.followTo(this.app.subject())) this.dirty = true;
     if (this.app.stage.animate(now)) this.dirty = true;
     if (this.app.blade.animate(now)) this.touch(!this.app.blade.visible);
     this.drewLast = false;

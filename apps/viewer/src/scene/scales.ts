@@ -94,6 +94,12 @@ export function liesOn(tray: Tray, pieces: Vector3[][], near: number, up: Vector
   return lies;
 }
 
+function blockOf({ thing, group }: ThingsView['placed'][number]): Block {
+  const box = new Box3();
+  for (const p of thing.parts) box.union(new Box3().setFromArray(p.positions));
+  return { box, position: group.position, turn: group.quaternion };
+}
+
 export class Scales {
   private message: Masses | null = null;
   private weighed = '';
@@ -150,20 +156,17 @@ export class Scales {
     return piece >= 0 ? this.weight(masses![piece]!) : null;
   }
 
+  /** The corners of all trays' tops. */
+  tops(up: Vector3): Vector3[] {
+    return this.things.placed
+      .filter(({ thing, placed }) => placed && isTray(thing))
+      .flatMap((p) => topOf(blockOf(p), up));
+  }
   /** What lies on each tray of the scene, and the corners of its top. `up`: a unit vector; `size`: of the body, metres. */
   trays(up: Vector3, size: number): { top: Vector3[]; on: Weight | null }[] {
     this.blocks = this.things.placed
       .filter(({ thing }) => !thing.tool && (thing.shape === 'box' || isTray(thing)))
-      .map(({ thing, group }) => ({
-        tray: isTray(thing),
-        box: new Box3().setFromPoints(
-          thing.parts.flatMap((p) =>
-            Array.from({ length: p.positions.length / 3 }, (_, i) => new Vector3().fromArray(p.positions, 3 * i)),
-          ),
-        ),
-        position: group.position,
-        turn: group.quaternion,
-      }));
+      .map((p) => ({ tray: isTray(p.thing), ...blockOf(p) }));
     const trays = this.blocks.filter((b) => b.tray);
     if (trays.length === 0) return [];
     const s = this.mesh.state,

@@ -200,7 +200,7 @@ export class ThingsView {
     return this.shown.map((s) => s.thing);
   }
   /** Things with where they are. */
-  get placed(): readonly { thing: Thing; group: Group }[] {
+  get placed(): readonly { thing: Thing; group: Group; placed: boolean }[] {
     return this.shown;
   }
   /** All are where they belong: a frame has said so. */

@@ -108,10 +108,7 @@ export function bindWeights(app: App, closePanel: () => void): () => void {
       weighedAt = now;
       free = byId('readout').getBoundingClientRect().bottom + kBeside;
       bottom = byId('transport').getBoundingClientRect().top - kBeside;
-      const g = app.info?.gravity ?? [0, 0, -1];
-      up.set(-g[0], -g[1], -g[2]);
-      if (up.length() > 0) up.normalize();
-      else up.set(0, 0, 1);
+      up.copy(app.up);
       const found = app.scales.trays(up, app.stage.size);
       while (trays.length > found.length) trays.pop()!.label.remove();
       found.forEach(({ top, on }, i) => {

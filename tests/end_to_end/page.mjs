@@ -590,6 +590,52 @@ await check('forceps stay at what they hold: a piece that is lifted, and nothing
   assert.ok(empty.pointer < 4, `with nothing in it the tip is ${empty.pointer} pixels from the pointer`);
 });
 
+await check('in a joint shafts come in from outside, and a probe held over nothing says so', async () => {
+  await scene('trainer');
+  await page.evaluate(() => { document.getElementById('hint').hidden = true; });
+  await page.keyboard.press('q');
+  await until(page, () => window.kerf.state().scopeOn);
+  const over = async (tool, at) => {
+    await page.keyboard.press(tool);
+    await page.mouse.move(...at);
+    await until(page, ([u, v]) => { const [a, b] = window.kerf.pickPoint(...window.kerf.state().bladeTip); return window.kerf.state().bladeLevel === 1 && Math.hypot(a - u, b - v) < 2; }, at);
+  };
+  const at = [0.3, 0.42].map((part, k) => Math.round(part * Object.values(page.viewportSize())[k]));
+  for (const tool of ['v', '1', '4', '9', '0', 'u']) {
+    await over(tool, at);
+    const ends = await page.evaluate(() => {
+      const { blade, stage } = window.kerf.app, g = blade.group.children.find((c) => c.visible && c.type === 'Group'), far = [];
+      blade.group.updateMatrixWorld(true);
+      g.traverseVisible((o) => {
+        if (!o.isMesh) return;
+        o.geometry.computeBoundingBox();
+        const { min, max } = o.geometry.boundingBox;
+        for (const y of [min.y, max.y]) far.push(min.clone().add(max).multiplyScalar(0.5).setY(y).applyMatrix4(o.matrixWorld));
+      });
+      const end = far.sort((a, b) => b.distanceTo(blade.tip) - a.distanceTo(blade.tip))[0];
+      return { seen: stage.sees(end), ways: end.distanceTo(blade.tip) / stage.camera.position.distanceTo(blade.tip) };
+    });
+    assert.ok(!ends.seen || ends.ways > 3, `${tool}: its shaft ends in the picture, ${ends.ways} of the way from the eye behind the tip`);
+  }
+  await page.screenshot({ path: join(out, 'shaft.png') });
+  // The middle of the opening of the meniscus, where the bone below is seen.
+  await page.keyboard.press('i');
+  const gap = [0.5, 0.62].map((part, k) => Math.round(part * Object.values(page.viewportSize())[k]));
+  await page.mouse.move(...gap);
+  await page.mouse.down();
+  await says('Nothing is felt here');
+  await page.mouse.up();
+  await page.mouse.move(...at);
+  await page.waitForFunction(() => [...document.querySelectorAll('#toasts p')].every((p) => !p.textContent.includes('felt')), null, { timeout: 30000 });
+  await page.mouse.down();
+  await page.mouse.move(...gap, { steps: 10 });  // the probe goes on as deep as it was
+  await page.waitForTimeout(600);
+  assert.ok(!(await toasts()).some((t) => t.includes('felt')), 'it has felt the body');
+  await page.mouse.up();
+  await page.keyboard.press('q');
+  await page.keyboard.press('1');
+});
+
 await check('what fell out of the picture is said, and shown on request only', async () => {
   await floorless();
   await page.evaluate(() => { window.kerf.app.command(4, [0.5]); document.getElementById('hint').hidden = true; });

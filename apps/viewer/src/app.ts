@@ -588,7 +588,7 @@ export class App implements EngineEvents {
   setScope(on: boolean): void {
     this.hand.cancelStroke(true);
     this.stage.setScope(on);
-    this.mesh.inJoint = this.things.inJoint = on;
+    this.mesh.inJoint = this.things.inJoint = this.blade.inJoint = on;
     document.documentElement.toggleAttribute('data-scope', on);
     this.hover.changed = true;
     this.touch(true);

@@ -26,6 +26,9 @@ import {
 import { Presence } from './presence';
 import type { ToolName } from '../tools/tools';
 
+// Of an instrument's length: so far a shaft goes on where one looks from within a joint. Four times the eye's distance: it leaves the picture
+// or goes into what is around.
+const kShaft = 14;
 /** Of the view's distance: an instrument looks no larger than it does where a scene opens. */
 const kMostOfDistance = 0.53;
 
@@ -155,6 +158,16 @@ function wrap(inner: Group): Group {
   return g;
 }
 
+/** What goes on behind instruments: radius, where it begins, and how far beside the middle. */
+const kShafts = [
+  ['scalpel', 0.02, 0.95, 0.018],
+  ['forceps', 0.085, 0.85, 0],
+  ['punch', 0.0273, 0.98, 0],
+  ['scissors', 0.022, 0.9, 0],
+  ['shaver', 0.021, 0.98, 0],
+  ['suction', 0.0357, 0.98, 0],
+] as const;
+
 export class Blade {
   readonly group = new Group();
   private readonly steel = new MeshStandardMaterial({ color: 0xcfd6dc, metalness: 0.55, roughness: 0.28 });
@@ -182,6 +195,7 @@ export class Blade {
   private readonly fading: [Material, number][];
   readonly tip = new Vector3();
   readonly normal = new Vector3(0, 0, 1);
+  private readonly shafts: Mesh[] = [];
   private readonly heading = new Vector3(1, 0, 0);
   private readonly lastPoint = new Vector3(NaN, 0, 0);
 
@@ -196,6 +210,14 @@ export class Blade {
       shaver: tube(this.steel, this.grip, 0.01),
       suction: tube(this.steel, this.grip, 0.017),
     };
+    for (const [name, radius, from, aside] of kShafts) {
+      const shaft = new Mesh(new CylinderGeometry(radius, radius, kShaft, 14), this.grip);
+      shaft.rotation.x = Math.PI / 2;
+      shaft.position.set(aside, 0, from + kShaft / 2);
+      shaft.visible = false;
+      this.instruments[name].add(shaft);
+      this.shafts.push(shaft);
+    }
     this.ring = new Mesh(
       new RingGeometry(0.78, 1, 40),
       new MeshBasicMaterial({
@@ -262,6 +284,10 @@ export class Blade {
   /** Lite has no surroundings for metal to mirror: it would be black. */
   setLite(lite: boolean): void {
     for (const [m, metal] of this.metals) m.metalness = lite ? 0 : metal;
+  }
+  /** Seen from within a joint, instruments come in from outside. */
+  set inJoint(on: boolean) {
+    for (const shaft of this.shafts) shaft.visible = on;
   }
   setTool(tool: ToolName): void {
     this.tool = tool;

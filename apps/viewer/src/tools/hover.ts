@@ -2,7 +2,7 @@
 import { Vector3 } from 'three';
 import type { App } from '../app';
 import { kNoNode, type Hit, type Vec3 } from '../engine/protocol';
-import { toolInfo } from './tools';
+import { toolInfo, type Stroke } from './tools';
 
 const kRayPatienceMs = 1000;
 
@@ -11,6 +11,8 @@ export class Hover {
   changed = false;
   /** A copy of what the pointer is over; kNoNode: nothing. */
   under = kNoNode;
+  /** The last stroke that met the body, or was told that it does not. */
+  private settled: Stroke | null = null;
   private rayOut = 0;
   private raySince = 0;
   private rayAt: { origin: Vec3; direction: Vec3 } | null = null;
@@ -58,6 +60,7 @@ export class Hover {
       normal = new Vector3(...hit.normal),
       touching = hit.triangle >= 0;
     this.under = hit.copy;
+    this.tell(touching);
     if (this.app.grip.holds) return; // the instrument is at what it holds
     if (!touching) {
       // Beside the body the tool hovers where the view ray meets the height of the body's middle.
@@ -86,5 +89,13 @@ export class Hover {
       !(this.app.hand.stroke && this.app.tool === 'shaver' && this.app.hasTool('shaver')),
     );
     this.app.touch(true);
+  }
+
+  /** A probe stays where it is until it has met the body: whoever holds it elsewhere is told so. */
+  private tell(touching: boolean): void {
+    const { stroke } = this.app.hand;
+    if (!stroke || stroke === this.settled || stroke.tool !== 'probe') return;
+    this.settled = stroke;
+    if (!touching) this.app.listener?.toast(toolInfo('probe').missed!, false);
   }
 }

@@ -165,6 +165,7 @@ export const kTools: ToolInfo[] = [
     title: 'Probe',
     key: 'I',
     code: ToolCode.Probe,
+    missed: 'Nothing is felt here: the probe comes down where the pointer is on the body.',
     hint: 'Press on the body to feel it: the probe of the scene follows the pointer. The force is among the numbers.',
     size: { title: 'Depth', least: 0.002, own: 0.02, most: 0.08, near: 0 },
   },

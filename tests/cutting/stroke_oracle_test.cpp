@@ -212,6 +212,25 @@ TEST_F(StrokeOracle, AStrandBesideATipThatThePathPassesIsParted) {
   for (const int poses : {1, 3, 30, 40, 80}) trials.expect_pieces({ended, across, turning}, 2, poses);
 }
 
+// The path of the fourth stroke comes to where three have met. Its last edge holds a crumb between the tip of the third and a lip; up to that tip it parts
+// the body.
+TEST_F(StrokeOracle, AShortPathIsCutUpToWhereItHoldsACrumb) {
+  StrokeBody steak("steak");
+  Trials trials(steak);
+  const auto even = [](Vec2 a, Vec2 b, int parts) {
+    Stroke s;
+    for (int i = 0; i <= parts; ++i) s.push_back(lerp(a, b, static_cast<double>(i) / parts));
+    return s;
+  };
+  trials.expect_pieces(
+      {even({-0.02685187768034819, 0.01099810977033455}, {-0.019648514796235153, 0.012898305731195313}, 2),
+       even({-0.02428660752279671, 0.007609911680872786}, {-0.020503604848752327, 0.014027705094349224}, 2),
+       even({-0.022141356971072466, 0.007426436246429316}, {-0.02151226474033697, 0.011969000332384586}, 5),
+       even({-0.015133911346867542, -0.010950345245878082}, {-0.04039568802845105, 0.08254406270155472}, 26),
+       even({0.08704720411423508, 0.05206144138668334}, {-0.018832338965644027, -0.00931167242344421}, 15)},
+      2, 1);
+}
+
 // A turn is cut to its corner, to within a minimum feature, however many poses the stroke has: the way back passes over the way there before it is seen to turn.
 TEST_F(StrokeOracle, AnAcuteTurnIsCutToItsCorner) {
   const double feature = sheet.options.minimum_feature * edge(), side = 3 * edge();

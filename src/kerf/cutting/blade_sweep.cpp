@@ -588,7 +588,7 @@ class Sweep {
                                               : opening_.made().back());
         before = before_last();
       } else if (opening_.only_crumbs() && stops.back().border(mesh()).valid()) {
-        part_strand(begin, stops.back());
+        if (!part_by_parts(stops)) part_strand(begin, stops.back());
         begin = stops.back();  // between two borders nothing but crumbs is left
         before = {};
       } else {
@@ -611,6 +611,19 @@ class Sweep {
                b = mesh().rest[mesh().to(passed.rim)];
     const Stop rim = rounding_.on_border(passed.rim, closest_on_segment(from, a, b));
     (void)open(std::array{Stop::at_vertex(passed.from), rim}, std::array{from, rounding_.rest(rim)});
+  }
+
+  /// The parts of a path that holds a crumb, from one border to the next: those without a crumb part the body.
+  bool part_by_parts(std::span<const Stop> stops) {
+    bool any = false;
+    std::size_t first = 0;
+    for (std::size_t k = 1; k < stops.size(); ++k) {
+      if (!stops[k].border(mesh()).valid()) continue;
+      const std::span<const Stop> part = stops.subspan(first, k - first + 1);
+      if (part.size() < stops.size()) any |= open(part, {}, false, false);
+      first = k;
+    }
+    return any;
   }
 
   /// A tip that a path begins at is parted from the nearest corner or tip that the path passes on its way to its end.

@@ -710,6 +710,7 @@ await check('pieces are weighed: beside the pointer, in a list, and on the tray'
 
   // The smaller piece weighs what the skin beyond the cut encloses.
   await page.keyboard.press('2');
+  await page.evaluate(() => { document.getElementById('hint').hidden = true; });
   await drag(page, await at([0.03, -0.11, 0]), await at([0.03, 0.11, 0]), 6);
   await until(page, () => document.querySelectorAll('#weights-rows tr').length === 2);
   assert.equal(await shown('weights'), true);

@@ -560,7 +560,8 @@ await check('forceps stay at what they hold: a piece that is lifted, and nothing
   await until(page, () => window.kerf.state().pieces === 2);
   await page.keyboard.press('4');
   await page.mouse.move(x, y);
-  await until(page, ([u, v]) => { const [a, b] = window.kerf.pickPoint(...window.kerf.state().bladeTip); return Math.hypot(a - u, b - v) < 2; }, [x, y]);
+  const tipAt = (p) => until(page, ([u, v]) => { const [a, b] = window.kerf.pickPoint(...window.kerf.state().bladeTip); return Math.hypot(a - u, b - v) < 2; }, p);
+  await tipAt([x, y]);
   /** The tip, the vertex that is held, and the pointer, in the window. */
   const apart = async (pointer) => {
     const tip = await page.evaluate(() => window.kerf.pickPoint(...window.kerf.state().bladeTip)), to = (p) => Math.hypot(p[0] - tip[0], p[1] - tip[1]);
@@ -580,9 +581,10 @@ await check('forceps stay at what they hold: a piece that is lifted, and nothing
   // Beside the body the hand closes on nothing, whatever else is held.
   const beside = await page.evaluate(() => window.kerf.pickPoint(0.12, -0.1, -0.01));
   await page.mouse.move(...beside);
-  await page.waitForTimeout(300);
+  await tipAt(beside);
   await page.mouse.down();
   await page.mouse.move(beside[0] + 20, beside[1], { steps: 4 });
+  await tipAt([beside[0] + 20, beside[1]]);
   await page.waitForTimeout(500);
   const empty = await apart([beside[0] + 20, beside[1]]);
   await page.mouse.up();

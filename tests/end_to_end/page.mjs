@@ -175,6 +175,13 @@ await check('an operation goes on, however the dialog of its end is closed', asy
   assert.equal(told, behind);
   assert.match(await text('result-words'), /2 loose pieces are left behind/);
   await page.click('#result-on');
+  await page.keyboard.press('d');  // at once: what closing sets in motion does not go on behind the dialog
+  await until(page, () => document.getElementById('result').open);
+  await playing(false);
+  await page.waitForTimeout(300);
+  assert.equal((await state(page)).playing, false, 'it is open again');
+  await page.click('#result-on');
+  await playing(true);
   // Another scene ends the operation: it is not told to go on.
   await page.keyboard.press('d');
   await playing(false);
@@ -693,7 +700,7 @@ await check('what fell out of the picture is said, and shown on request only', a
 await check('pieces are weighed: beside the pointer, in a list, and on the tray', async () => {
   await scene('steak-on-a-board');
   await page.setViewportSize({ width: 1100, height: 720 });
-  await page.evaluate(() => { document.getElementById('hint').hidden = true; window.kerf.look(-110, 50); });
+  await page.evaluate(() => { document.getElementById('hint').hidden = true; window.kerf.look(-110, 50, 0.6); });
   if (!(await state(page)).playing) await page.keyboard.press('Space');
   await playing(true);
   const at = (p) => page.evaluate((q) => window.kerf.pickPoint(...q), p);

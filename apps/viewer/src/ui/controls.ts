@@ -393,7 +393,7 @@ export function bindControls(app: App): void {
   }
   // Finish pauses. Whatever closes the dialog goes on: the button, Escape, the cross.
   result.addEventListener('close', () => {
-    if (result.returnValue !== kOver) app.play(true);
+    if (!result.open && result.returnValue !== kOver) app.play(true); // it may be open again: the event comes late
   });
   button('finish').onclick = finish;
   button('result-save').onclick = () => {

@@ -59,9 +59,8 @@ function limits(across: number[], ahead: number[], slope: number, [low, high]: r
 const middleOf = ([a, b]: [number, number]): number => (a + b) / 2;
 
 /**
- * Looks at places from a direction (a unit vector towards the eye), from no nearer than `least` metres. They are about in the middle of the
- * free part
- * from top to bottom, and of the window from left to right, where that is free.
+ * Looks at places from a direction (a unit vector towards the eye), from no nearer than `least` metres. From top to bottom they are about in the
+ * middle of the free part, from left to right of the window where that is free.
  */
 export function frameView(places: readonly Vector3[], towards: Vector3, least: number, w: Window): View {
   const ahead = towards.clone().negate(),

@@ -308,8 +308,7 @@ export class App implements EngineEvents {
   }
   /** All pieces, and the trays that pieces are laid on. */
   subject(): Subject {
-    const { places, ball } = this.pieceView.subject();
-    return { places: places.concat(this.scales.tops(this.up)), ball };
+    return { ...this.pieceView.subject(), beside: this.scales.tops(this.up) };
   }
   /** Against gravity; without any, along z. */
   get up(): Vector3 {

@@ -1,6 +1,6 @@
-import { PerspectiveCamera, Vector3 } from 'three';
+import { PerspectiveCamera, Sphere, Vector3 } from 'three';
 import { describe, expect, it } from 'vitest';
-import { frameView, isFree, kNothingOver, type Insets } from '../src/scene/framing';
+import { frameSubject, frameView, isFree, kNothingOver, type Insets } from '../src/scene/framing';
 import { insetsOf } from '../src/ui/free';
 
 const kField = 32;
@@ -27,6 +27,23 @@ function seen(places: Vector3[], width: number, height: number, over: Insets, le
 const middle = (a: number[]): number => (Math.min(...a) + Math.max(...a)) / 2;
 
 describe('the view that shows all', () => {
+  it('takes in what lies beside where that is little farther away', () => {
+    const places = corners(0.1, 0.1, 0.02),
+      window = { width: 900, height: 600, field: kField, over: kNothingOver },
+      whole = (beside: Vector3[]): number => {
+        const { position, target } = frameSubject({ places, beside, ball: new Sphere() }, towards, 0.01, window);
+        return position.distanceTo(target);
+      };
+    const alone = whole([]),
+      at = (x: number): Vector3[] => [new Vector3(x, 0, 0)],
+      all = (x: number): number => {
+        const { position, target } = frameView(places.concat(at(x)), towards, 0.01, window);
+        return position.distanceTo(target);
+      };
+    for (const x of [0.15, 0.2, 0.3, 0.5, 1]) expect(whole(at(x))).toBe(all(x) <= 1.4 * alone ? all(x) : alone);
+    expect(all(0.15)).toBeLessThan(1.4 * alone);
+    expect(all(1)).toBeGreaterThan(2 * alone);
+  });
   const desk: Insets = { left: 152, top: 60, right: 0, bottom: 122 },
     phone: Insets = { left: 0, top: 118, right: 0, bottom: 224 };
   for (const [name, width, height, over] of [

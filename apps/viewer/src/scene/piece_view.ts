@@ -25,9 +25,9 @@ export class PieceView {
     const s = this.mesh.state;
     if (s) this.pieces.update(s);
     const all = s ? this.pieces.outlines(s, this.mesh.cells.pose) : [];
-    if (all.length === 0) return { places: [this.stage.middle.clone()], ball: this.mesh.bounds };
+    if (all.length === 0) return { places: [this.stage.middle.clone()], beside: [], ball: this.mesh.bounds };
     const pieces = within(all, this.stage.middle, this.stage.reach);
-    return { places: pieces.flat(), ball: ballOf(pieces) };
+    return { places: pieces.flat(), beside: [], ball: ballOf(pieces) };
   }
 
   /** Pieces of the body, and how many of those within reach are wholly outside the picture. */

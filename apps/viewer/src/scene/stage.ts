@@ -28,7 +28,7 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { Arthroscope, type ScopePlace } from './arthroscope';
 import { makeBackdrop, makeTheatre } from './backdrop';
 import { Flight, type View } from './flight';
-import { frameView, isFree, kNothingOver, type Insets, type Subject } from './framing';
+import { frameSubject, isFree, kNothingOver, type Insets, type Subject } from './framing';
 import { Joint } from './joint';
 import type { Look, QualityLevel, Uniforms } from './materials';
 import { installNearLight } from './near_light';
@@ -406,9 +406,9 @@ export class Stage {
   }
 
   /** From where a subject is seen whole, beside what lies over the window. */
-  private viewOf({ places }: Subject): View {
+  private viewOf(subject: Subject): View {
     const { x: width, y: height } = this.renderer.getSize(new Vector2());
-    return frameView(places, this.towards, kHomeDistance * this.size, {
+    return frameSubject(subject, this.towards, kHomeDistance * this.size, {
       width,
       height,
       field: kFieldOfView,

@@ -157,7 +157,7 @@ Status Engine::Impl::bite_at(const ViewRay& ray, double near, const protocol::To
     punch.values.push_back(corner.x);
     punch.values.push_back(corner.y);
   }
-  const Status done = perform(std::move(punch));
+  Status done = perform(std::move(punch));
   const auto& strokes = session->strokes();
   if (strokes.size() == first + 2 && strokes.back().kind == StrokeRecord::Kind::kRemoval) taken_with.insert(first + 1);
   // Of a drag that has cut, a bite that met a hole is no news.

@@ -1,7 +1,7 @@
 // The pieces of a body, and where they are: what hangs together by the nodes of its hexahedra.
 import { Box3, Sphere, Vector3 } from 'three';
 import type { BodyState } from './body_state';
-import { skinPoint } from './skinning';
+import { placeOf } from './skin_ray';
 
 const kSamples = 200; // drawn vertices of a piece that stand for it
 
@@ -87,11 +87,7 @@ export class Pieces {
     return this.places(s, pose).map((p, i) => p.concat(rims[i]!));
   }
   private placesOf(all: number[][], s: BodyState, pose: Float32Array): Vector3[][] {
-    return all.map((vertices) =>
-      vertices.map(
-        (v) => new Vector3(...skinPoint(s, pose, s.copy[v]!, s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!)),
-      ),
-    );
+    return all.map((vertices) => vertices.map((v) => placeOf(s, pose, v)));
   }
 }
 

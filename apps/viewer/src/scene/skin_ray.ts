@@ -13,7 +13,7 @@ export interface SkinPlace {
 }
 
 /** Where a drawn vertex is; `pose`: of the copies, as the mesh is drawn. */
-function placeOf(s: BodyState, pose: Float32Array, v: number): Vector3 {
+export function placeOf(s: BodyState, pose: Float32Array, v: number): Vector3 {
   return new Vector3(...skinPoint(s, pose, s.copy[v]!, s.rest[3 * v]!, s.rest[3 * v + 1]!, s.rest[3 * v + 2]!));
 }
 

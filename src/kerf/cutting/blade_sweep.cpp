@@ -588,7 +588,7 @@ class Sweep {
                                               : opening_.made().back());
         before = before_last();
       } else if (opening_.only_crumbs() && stops.back().border(mesh()).valid()) {
-        if (!part_by_parts(stops)) part_strand(begin, stops.back());
+        part_by_parts(stops);
         begin = stops.back();  // between two borders nothing but crumbs is left
         before = {};
       } else {
@@ -614,37 +614,14 @@ class Sweep {
   }
 
   /// The parts of a path that holds a crumb, from one border to the next: those without a crumb part the body.
-  bool part_by_parts(std::span<const Stop> stops) {
-    bool any = false;
+  void part_by_parts(std::span<const Stop> stops) {
     std::size_t first = 0;
     for (std::size_t k = 1; k < stops.size(); ++k) {
       if (!stops[k].border(mesh()).valid()) continue;
       const std::span<const Stop> part = stops.subspan(first, k - first + 1);
-      if (part.size() < stops.size()) any |= open(part, {}, false, false);
+      if (part.size() < stops.size()) (void)open(part, {}, false, false);
       first = k;
     }
-    return any;
-  }
-
-  /// A tip that a path begins at is parted from the nearest corner or tip that the path passes on its way to its end.
-  void part_strand(const Stop& begin, const Stop& end) {
-    if (begin.kind != Stop::Kind::kVertex) return;
-    const Vec3 from = mesh().rest[begin.vertex], to = rounding_.rest(end);
-    V nearest;
-    double least = norm(to - from);
-    mesh().for_each_outgoing(begin.vertex, [&](H h) {
-      for (const V v : {mesh().to(h), mesh().apex(h)}) {
-        const H e = mesh().find_half_edge(begin.vertex, v),
-                there = e.valid() ? e : mesh().find_half_edge(v, begin.vertex);
-        const Vec3 x = mesh().rest[v];
-        const double far = norm(x - from);
-        const bool passed = dot(x - from, to - from) > 0 && distance_to_segment(x, from, to) < rounding_.near();
-        if (!passed || far >= least || !mesh().on_border(v) || mesh().is_border(there)) continue;
-        least = far, nearest = v;
-      }
-      return true;
-    });
-    if (nearest.valid()) (void)open(std::array{begin, Stop::at_vertex(nearest)}, {}, false, false);
   }
 
   /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kerf/engine/engine_impl.h"
+#include "kerf/engine/tolerances.h"
 #include "kerf/scene/scene_shapes.h"
 
 namespace kerf {
@@ -18,16 +19,6 @@ using Kind = SessionChange::Kind;
 
 /// Of an instrument whose page gives none, as a part of the body's diagonal.
 constexpr double kOwnSize = 0.035;
-/// A punch that is dragged bites again this many radii on.
-constexpr double kNextBite = 1.4;
-/// It bites so many radii beside the body at most, as far as it bites on; where it is put down or lifted, a whole radius.
-constexpr double kPassing = kNextBite - 1;
-/// Where the next bite may be is looked for in steps of so many radii, and so many times at most between two samples.
-constexpr double kLookOn = 0.1, kMostLooks = 1000;
-/// How jagged a bite is, in radii.
-constexpr double kJagged = 0.15;
-/// An instrument so many sizes beside the body is as deep in the picture as what it passes by.
-constexpr double kBesideSizes = 4;
 /// Scissors that are lifted this part of their blades' length on still cut.
 constexpr double kLastSnip = 0.1;
 /// What a shaver takes off: bumps, 1/s, and smooth edges, radii a second.

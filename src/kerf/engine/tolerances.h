@@ -49,4 +49,18 @@ inline constexpr double kCarryHeight = 0.25;
 /// at double, pages wait twice as long for files.
 inline constexpr double kExportRest = 4;
 
+/// Radii from one bite of a punch that is dragged to the next. From 2 on circles do not meet, and webs are left between them.
+inline constexpr double kNextBite = 1.4;
+/// How jagged a bite is, in radii.
+inline constexpr double kJagged = 0.15;
+/// Radii beside the body at most from which it bites on its way: what a jagged bite near the rim leaves of the body is in reach of the next. Where it
+/// is put down or lifted, a whole radius. At 0.4 a drag may leave a web at the rim.
+inline constexpr double kPassing = kNextBite - (1 - 2 * kJagged);
+/// Radii from one place to the next where a punch on its way looks for its next bite. Half and double: the same tests pass.
+inline constexpr double kLookOn = 0.1;
+/// Such places between two samples: a bound of the time of one message.
+inline constexpr double kMostLooks = 1000;
+/// Sizes beside the body from which an instrument is as deep in the picture as what it passes by; farther, as what it worked on last.
+inline constexpr double kBesideSizes = 4;
+
 }  // namespace kerf

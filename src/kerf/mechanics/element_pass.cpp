@@ -130,6 +130,43 @@ inline std::array<double, 6> turning_stiffness(Vec3 h) {
   return out;
 }
 
+// What turning_tension says of the stretch that the step before has made by turning a cell: it goes along tangents, so across the axis of a spin w lengths
+// grow by about (w dt)^2 / 2. Taken for tension, it would brake what turns about a support or an edge.
+double made_by_turning(const MechanicsModel& model, const StepWorkspace& w, std::size_t batch, int lane, double dt,
+                       double volume) {
+  const Batch& b = model.structure().batches[batch];
+  const MechanicsElement& e = model.element(HexId(b.element[lane]));
+  const Material& material = model.materials()[e.material];
+  const Vec3 h = model.cells()[b.cell].size;
+  double rate[3][3] = {};  // velocity (row) by axis of the cell
+  for (int c = 0; c < 8; ++c) {
+    const double* v = w.velocity[e.nodes[c].index()].v;
+    for (int i = 0; i < 3; ++i)
+      for (int a = 0; a < 3; ++a) rate[i][a] += corner_sign(c, a) * v[i] / (4 * h[a]);
+  }
+  double own[3][3] = {};  // in the axes of the cell
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i)
+      for (int a = 0; a < 3; ++a) own[j][a] += w.rotation[9 * batch + 3 * i + j].v[lane] * rate[i][a];
+  const Vec3 turn = 0.5 * dt * Vec3{own[2][1] - own[1][2], own[0][2] - own[2][0], own[1][0] - own[0][1]};
+  // Seen from where it has got to, what went along a tangent by tan x turned by sin x, and is longer by 1 / cos x - 1.
+  constexpr double kFarthest = 0.9;
+  // Damping leaves of that from step to step what the next one can't take back.
+  const double square = dot(turn, turn),
+               longer = (1 + material.damping_stiffness / dt) * (1 / std::sqrt(1 - std::min(square, kFarthest)) - 1);
+  if (!(square > 0)) return 0;
+  const double shear = material.young * e.young_scale / (2 * (1 + material.poisson)),
+               bulk = 2 * shear * material.poisson / (1 - 2 * material.poisson);
+  double stress[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      stress[i][j] = 2 * volume * longer * ((i == j ? bulk + shear : 0) - shear * turn[i] * turn[j] / square);
+  double least = HUGE_VAL;
+  for (int i = 0; i < 3; ++i)
+    least = std::min(least, stress[i][i] - std::abs(stress[i][(i + 1) % 3]) - std::abs(stress[i][(i + 2) % 3]));
+  return stress[0][0] + stress[1][1] + stress[2][2] - least;
+}
+
 inline bool any_of_lanes(const Lanes& x) { return x[0] != 0 || x[1] != 0 || x[2] != 0 || x[3] != 0; }
 
 inline Lanes young_scales(const MechanicsModel& model, const Batch& batch) {
@@ -236,8 +273,11 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt
       const double mass = std::accumulate(masses.begin(), masses.end(), 0.0);
       const double thick = least * std::min(1.0, mass / (material.density * h.x * h.y * h.z));
       const double sound = std::sqrt(material.young * e.young_scale / material.density);
-      const double excess = whole - mass * std::max(kTautness * least * least, kTautBending * thick * dt * sound);
-      if (excess > 0 && square > 0) tension = excess / square;
+      double excess = whole - mass * std::max(kTautness * least * least, kTautBending * thick * dt * sound);
+      if (!(excess > 0) || !(square > 0)) continue;
+      const double made = dt * dt * made_by_turning(model, w, b, lane, dt, mass / material.density);
+      if (made > kMadeByTurning * whole) excess -= made;
+      if (excess > 0) tension = excess / square;
     }
     for (int i = 0; i < 9; ++i)
       store_lanes(w.scaled_rotation[9 * b + i].v, scale * load_lanes(w.rotation[9 * b + i].v));

@@ -20,6 +20,7 @@ namespace {
 
 using Quad = StepWorkspace::Quad;
 using Structure = MechanicsModel::Structure;
+using TurningPiece = StepWorkspace::TurningPiece;
 
 /// Passes over contacts at most, in times of those that are wished for.
 constexpr int kMostPasses = 3;
@@ -304,6 +305,12 @@ bool every_node_settled(const MechanicsModel& model, StepWorkspace& w, const Ste
   return !(most > kNodeTolerance * kNodeTolerance * speed + still * still);
 }
 
+// Momentum that a node brings into the step, with what weight and loads add.
+Lanes momentum_of(const MechanicsModel& model, const StepWorkspace& w, const StepOptions& o, std::size_t node) {
+  return model.structure().mass[node] * (load_lanes(w.velocity[node].v) + o.dt * lanes_of(o.gravity)) +
+         o.dt * lanes_of(model.loads()[node]);
+}
+
 // Does something press on this free piece? Else it is in flight.
 bool is_touched(const StepWorkspace& w, std::size_t free) {
   return w.contact.set != nullptr && w.contact.touched_free[free] != 0;
@@ -341,6 +348,57 @@ bool flight_settled(const MechanicsModel& model, const StepWorkspace& w, double 
     }
     const bool turns = dt * dt * moves > kFlightTurn * kFlightTurn * size;
     if (turns && left > share * share * brought) return false;
+  }
+  return true;
+}
+
+// Which pieces turn, and what momentum they bring. A step stretches those that are held or touched as it does what is in flight, so a residual relative to elastic forces
+// says little of how they turn; but what a solve leaves undone of that, nothing gives back.
+void find_turning(const MechanicsModel& model, StepWorkspace& w, const StepOptions& o) {
+  const Structure& s = model.structure();
+  const RigidPieces& p = s.rigid;
+  w.turning.assign(static_cast<std::size_t>(p.pieces), {});
+  w.any_turning = false;
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    if (p.piece[i] < 0) continue;
+    TurningPiece& piece = w.turning[static_cast<std::size_t>(p.piece[i])];
+    piece.mass += s.mass[i];
+    const Lanes m = all_lanes(s.mass[i]);
+    store_lanes(piece.momentum.v, load_lanes(piece.momentum.v) + m * load_lanes(w.velocity[i].v));
+    store_lanes(piece.moment.v, load_lanes(piece.moment.v) + m * load_lanes(w.position[i].v));
+  }
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    if (p.piece[i] < 0) continue;
+    TurningPiece& piece = w.turning[static_cast<std::size_t>(p.piece[i])];
+    const Lanes v = load_lanes(w.velocity[i].v) - load_lanes(piece.momentum.v) / piece.mass,
+                x = load_lanes(w.position[i].v) - load_lanes(piece.moment.v) / piece.mass,
+                own = momentum_of(model, w, o, i);
+    piece.moves += s.mass[i] * sum_of(v * v);
+    piece.size += s.mass[i] * sum_of(x * x);
+    piece.brought += s.free[i] * sum_of(own * own);
+  }
+  for (TurningPiece& piece : w.turning) {
+    piece.turns = o.dt * o.dt * piece.moves > kTurn * kTurn * piece.size;
+    w.any_turning |= piece.turns;
+  }
+}
+
+// Does the residual hold at most `share` of the momentum that each of these brings, or `floor` N s?
+bool turning_settled(const MechanicsModel& model, StepWorkspace& w, double share, double floor) {
+  if (!w.any_turning) return true;
+  const Structure& s = model.structure();
+  const RigidPieces& p = s.rigid;
+  for (TurningPiece& piece : w.turning) piece.left = 0;
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    if (p.piece[i] < 0) continue;
+    const Lanes r = load_lanes(w.residual[i].v);
+    w.turning[static_cast<std::size_t>(p.piece[i])].left += s.free[i] * sum_of(r * r);
+  }
+  for (std::size_t k = 0; k < w.turning.size(); ++k) {
+    const TurningPiece& piece = w.turning[k];
+    const std::int32_t free = p.free_index[k];
+    const bool flies = free >= 0 && !is_touched(w, static_cast<std::size_t>(free));
+    if (piece.turns && !flies && piece.left > floor * floor && piece.left > share * share * piece.brought) return false;
   }
   return true;
 }
@@ -483,12 +541,6 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
     absorb_rigid_momentum(model, w);
   }
   return fresh_residual(model, w, !nonzero, parallel);
-}
-
-// Momentum that a node brings into the step, with what weight and loads add.
-Lanes momentum_of(const MechanicsModel& model, const StepWorkspace& w, const StepOptions& o, std::size_t node) {
-  return model.structure().mass[node] * (load_lanes(w.velocity[node].v) + o.dt * lanes_of(o.gravity)) +
-         o.dt * lanes_of(model.loads()[node]);
 }
 
 // Elastic forces turn no piece as a whole; linearised with frozen rotations they do, a little, where it spins. A piece in flight gets the momentum and the angular momentum
@@ -651,7 +703,8 @@ struct Solver {
       if (!started && coarse_start) norm_b = std::min(norm_b, residual);
       if (!(residual > wanted()) &&
           (settling++ >= kMostSettling ||
-           (flight_settled(model, w, o.dt, kFlightTolerance * relative(), floor) && every_node_settled(model, w, o)))) {
+           (flight_settled(model, w, o.dt, kFlightTolerance * relative(), floor) &&
+            turning_settled(model, w, kTurnTolerance * relative(), floor) && every_node_settled(model, w, o)))) {
         report.stopped_by_floor = residual > relative() * norm_b;
         break;
       }
@@ -691,6 +744,7 @@ struct Solver {
     const Structure& s = model.structure();
     stiff = is_stiff(model, o);
     if (stiff) brought = momentum_brought(model, w, o);
+    find_turning(model, w, o);
     floor = o.residual_floor * o.dt * std::max(norm(o.gravity), kFloorGravity) * s.total_mass /
             std::sqrt(static_cast<double>(std::max<std::size_t>(s.free_nodes, 1)));
     if (!s.springs.empty()) at_pace = norm_at_pace(model, w, o.parallel);

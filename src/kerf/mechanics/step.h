@@ -111,6 +111,17 @@ struct StepWorkspace {
   bool node_matrix = false;                // node_blocks are those of this step
   CoarseSpace coarse;
   ContactWork contact;  // results of the last step's contacts in it
+  /// Sums over the nodes of a piece.
+  struct TurningPiece {
+    Quad momentum{}, moment{};   // m v, m x
+    double mass = 0;             // kg
+    double moves = 0, size = 0;  // m v^2, m x^2 about its centre
+    double brought = 0;          // square of the momentum that the nodes bring
+    double left = 0;             // square of the residual
+    bool turns = false;          // by more than kTurn in this step
+  };
+  std::vector<TurningPiece> turning;  // per piece
+  bool any_turning = false;
 };
 
 /// Advances the state by one step. Bad options, a state of the wrong size or one that is not finite, or a

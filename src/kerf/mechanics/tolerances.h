@@ -14,6 +14,14 @@ inline constexpr double kFlightTurn = 0.25;
 /// one run gains 8 %. Without it, a second one gains more than 1 %.
 inline constexpr double kFlightTolerance = 1000;
 
+/// rad: a piece that is held or touched and turns by more in a step is held to kTurnTolerance. A strip of 100 x 20 x 5 mm held at an edge swings for 2 s (0.5 and 5 MPa; 5, 10
+/// and 16.7 ms): this takes 11.3 to 24.8 iterations a step for 10.0 to 11.3, half 0 to 8 % more, double 6 to 26 % fewer; then 5 MPa gains 1.3 % of its fall at 5 ms.
+inline constexpr double kTurn = 0.05;
+
+/// Tolerances of a solve, of the momentum that the nodes of such a piece bring along: what the residual may hold of it. Without it the strip of 5 MPa gains 14 and 30 % of its fall
+/// (10, 16.7 ms); with this the third swing is that of a rod to 2 degrees. Half: 4 to 11 % more iterations, double: 7 to 10 % fewer, both alike to a degree. Ten times: 8 degrees off.
+inline constexpr double kTurnTolerance = 10;
+
 /// Of a piece's size at rest: how far a node may move in a 16th of a time step, for `substeps` up to 16 (speed_cap.h). As a spin that is a turn of
 /// 0.8 radians, where frozen rotations end (kMostTurn of the session). Of five punched bodies under 300 to 1000 g, whose runs end without it, none ends.
 /// Half: none ends either, and spins of 0.4 radians are braked. Double: two of the runs end, as points come apart by more than the body's size.

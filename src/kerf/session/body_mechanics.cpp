@@ -9,13 +9,86 @@
 namespace kerf {
 namespace {
 
-/// Density is that of the material; absorbed neighbours weigh on their host, but do not stiffen it.
+/// Density is that of the material; absorbed neighbours weigh on their host with it.
 MechanicsElement element_of(const HexMesh& hex, const BodyMaterials& materials, HexId id) {
   MechanicsElement e;
   e.nodes = hex.nodes[id];
   const LatticeIndex c = hex.cell[id];
   e.material = materials.at(hex.frame_at(c).to_world({c[0] + 0.5, c[1] + 0.5, c[2] + 0.5}), hex.material[id].body);
   return e;
+}
+
+/// The copies that `host` has absorbed, ascending: what is made of them must not hang on the order of the lists.
+std::vector<HexId> guests_of(const HexMesh& hex, HexId host) {
+  std::vector<HexId> guests;
+  for (std::size_t i = 0; i <= guests.size(); ++i) {
+    const HexId of = i == 0 ? host : guests[i - 1];
+    for (HexId g = hex.first_guest[of]; g.valid(); g = hex.next_guest[g]) guests.push_back(g);
+  }
+  std::sort(guests.begin(), guests.end());
+  return guests;
+}
+
+/// The material of a copy of its own, in natural coordinates of a copy `host`, whose map reaches on beyond its cell.
+void add_points(const HexMesh& hex, HexId id, HexId host, std::vector<MaterialPoint>& points) {
+  const HexMaterial& m = hex.material[id];
+  const Vec3 cell = hex.frame_of(id).cell;
+  if (m.full) {
+    for (MaterialPoint p : full_cell_points(cell)) {
+      p.volume *= m.volume / (cell.x * cell.y * cell.z);
+      points.push_back(p);
+    }
+    return;
+  }
+  const std::array<double, 27>& weights = hex.weights[id];
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  if (!(sum > 0)) return;
+  std::array<double, 27> volumes;
+  for (std::size_t i = 0; i < 27; ++i) volumes[i] = m.volume / sum * weights[i];
+  const LatticeIndex at = hex.cell[id], from = hex.cell[host];
+  const Vec3 shift{2.0 * (at[0] - from[0]), 2.0 * (at[1] - from[1]), 2.0 * (at[2] - from[2])};
+  for (MaterialPoint p : material_points_27(volumes)) {
+    p.xi += shift;
+    points.push_back(p);
+  }
+}
+
+/// None negative, and all of them together weigh `wanted` kg.
+void weigh(double wanted, std::array<double, 8>& masses) {
+  const double own = std::accumulate(masses.begin(), masses.end(), 0.0);
+  for (double& mass : masses) mass = own > 0 ? std::max(mass, 0.0) : wanted / 8;
+  const double kept = std::accumulate(masses.begin(), masses.end(), 0.0);
+  for (double& mass : masses) mass *= kept > 0 ? wanted / kept : 0;
+}
+
+/// A copy that has absorbed others: slivers resist as all material does, where they are.
+Status sync_host(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model) {
+  const MechanicsElement element = element_of(hex, materials, id);
+  const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
+  std::vector<MaterialPoint> points;
+  add_points(hex, id, id, points);
+  const std::size_t own = points.size();
+  std::vector<double> softer;  // Young's modulus over the host's, per point of a guest
+  for (const HexId g : guests_of(hex, id)) {
+    add_points(hex, g, id, points);
+    const auto young = model.materials()[static_cast<std::size_t>(element_of(hex, materials, g).material)].young;
+    softer.resize(points.size() - own, young / material.young);
+  }
+  std::array<double, 8> masses = lumped_masses(material.density, points);
+  weigh(material.density * hex.material[id].mass_volume, masses);
+  for (std::size_t i = own; i < points.size(); ++i) points[i].volume *= softer[i - own];
+  return model.set_element(id, element,
+                           partly_filled_matrix(model.formulation(), material, hex.frame_of(id).cell, points), masses);
+}
+
+/// Those that have absorbed any of these have its material, too. Ascending.
+std::vector<HexId> hosts_of(const HexMesh& hex, std::span<const HexId> copies) {
+  std::vector<HexId> hosts;
+  for (const HexId id : copies)
+    if (id.index() < hex.hex_count() && hex.state[id] == HexState::kAbsorbed) hosts.push_back(hex.host[id]);
+  std::sort(hosts.begin(), hosts.end());
+  hosts.erase(std::unique(hosts.begin(), hosts.end()), hosts.end());
+  return hosts;
 }
 
 /// All values first: a joined node may be one of those that another is joined of.
@@ -78,6 +151,7 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
     return {};
   }
   const HexMaterial& m = hex.material[id];
+  if (hex.first_guest[id].valid()) return sync_host(hex, materials, id, model);
   MechanicsElement element = element_of(hex, materials, id);
   const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
   const double cell_volume = hex.frame_of(id).cell_volume();
@@ -93,11 +167,7 @@ Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, Me
   std::array<double, 27> volumes;
   for (std::size_t i = 0; i < 27; ++i) volumes[i] = scale * weights[i];
   std::array<double, 8> masses = lumped_masses(material.density, volumes);
-  const double own = std::accumulate(masses.begin(), masses.end(), 0.0);
-  const double wanted = material.density * m.mass_volume;
-  for (double& mass : masses) mass = own > 0 ? std::max(mass, 0.0) : wanted / 8;
-  const double kept = std::accumulate(masses.begin(), masses.end(), 0.0);
-  for (double& mass : masses) mass *= kept > 0 ? wanted / kept : 0;
+  weigh(material.density * m.mass_volume, masses);
   return model.set_element(id, element, volumes, masses);
 }
 
@@ -123,6 +193,8 @@ Status sync_change(const HexMesh& hex, const BodyMaterials& materials, const Lat
   for (const HexId id : change.dead_copies) KERF_TRY(sync_hex(hex, materials, id, model));
   for (const HexId id : change.changed_copies) KERF_TRY(sync_hex(hex, materials, id, model));
   for (const HexId id : change.new_copies) KERF_TRY(sync_hex(hex, materials, id, model));
+  for (const auto* copies : {&change.changed_copies, &change.new_copies})
+    for (const HexId host : hosts_of(hex, *copies)) KERF_TRY(sync_hex(hex, materials, host, model));
   return {};
 }
 
@@ -193,6 +265,7 @@ Status sync_copies(const HexMesh& hex, const BodyMaterials& materials, std::span
   for (const HexId id : changed)
     if (id.index() < known) KERF_TRY(sync_hex(hex, materials, id, model));
   for (std::size_t i = known; i < hex.hex_count(); ++i) KERF_TRY(sync_hex(hex, materials, HexId(i), model));
+  for (const HexId host : hosts_of(hex, changed)) KERF_TRY(sync_hex(hex, materials, host, model));
   return {};
 }
 

@@ -155,7 +155,7 @@ struct SceneFix {
   SceneRegion region;
 };
 
-/// A constant force, spread evenly over the surface within `radius` of `point` (at least the closest vertex).
+/// A constant force, spread evenly over the vertices within `radius` of `point`, or at the closest place of the surface.
 struct SceneLoad {
   Vec3 point;                   ///< rest coordinates
   double radius = 0;            ///< metres

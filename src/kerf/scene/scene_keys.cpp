@@ -331,8 +331,8 @@ SceneKeys<SceneLoad> scene_keys<SceneLoad>() {
       {"point", member<&T::point>(), "m", kPlace, true,
        "Where the force acts, in rest coordinates; the closest surface point counts, and one that is far away is noted."},
       {"radius", member<&T::radius>(), "m", kNotNegative, false,
-       "Vertices of the collision mesh within this distance of the point, at rest, share the force evenly. The closest one takes it all when "
-       "there are none."},
+       "Vertices of the collision mesh within this distance of the point, at rest, share the force evenly. The closest place of the mesh takes it "
+       "all when there are none."},
       {"force", member<&T::force>(), "N", kForce, true, "The whole force, in world directions."},
       {"from", member<&T::from>(), "s", kNotNegative, false, "When the force sets in."},
       {"until", member<&T::until>(), "s", kPositive, false, "When the force ends; it stays when absent."},

@@ -7,6 +7,7 @@
 #include "kerf/base/shown_text.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -18,6 +19,42 @@ constexpr double kGraspStiffness = 2;
 double least_cell_edge(const HexMesh& hex, HexId copy) {
   const Vec3 cell = hex.frame_of(copy).cell;
   return std::min({cell.x, cell.y, cell.z});
+}
+
+/// Where a load acts at rest: within its radius, or else at the nearest place on the surface, which is on one side of a slit. The vertex that is nearest may be on the other.
+std::vector<std::pair<CollisionVertex, double>> places_of(const CollisionMesh& mesh, Vec3 point, double radius) {
+  const std::vector<Vec3>& rest = mesh.rest.raw();
+  const std::vector<CollisionVertex> near = vertices_near(rest, point, radius);
+  std::vector<std::pair<CollisionVertex, double>> places;
+  const double far = norm(rest[near[0].index()] - point);
+  if (far <= radius) {
+    for (const CollisionVertex v : near) places.emplace_back(v, 1.0 / static_cast<double>(near.size()));
+    return places;
+  }
+  ClosestPoint best;
+  best.distance = far;
+  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
+    std::array<Vec3, 3> corners;
+    Box3 box;
+    for (int c = 0; c < 3; ++c)
+      box.add(corners[static_cast<std::size_t>(c)] = mesh.rest[mesh.origin[CollisionMesh::corner(t, c)]]);
+    double square = 0;
+    for (int a = 0; a < 3; ++a) {
+      const double beyond = std::max({box.min[a] - point[a], point[a] - box.max[a], 0.0});
+      square += beyond * beyond;
+    }
+    if (!(square < best.distance * best.distance)) continue;
+    ClosestPoint found;
+    closest_point(point, corners, found);
+    if (!(found.distance < best.distance)) continue;
+    best = found;
+    best.triangle = t.value;
+  }
+  if (!best.valid()) return {{near[0], 1.0}};
+  for (int c = 0; c < 3; ++c)
+    if (const double share = best.barycentric[static_cast<std::size_t>(c)]; share != 0)
+      places.emplace_back(mesh.origin[CollisionMesh::corner(CollisionTriangle(best.triangle), c)], share);
+  return places;
 }
 
 /// Is it what there is of the body that decides whether this can be done?
@@ -266,9 +303,8 @@ void Session::Impl::renew_loads() {
   };
   for (const SceneLoad& load : scene.loads) {
     if (state.time < load.from || (load.until && state.time >= *load.until)) continue;
-    const auto points = vertices_near(body.complex.collision.rest.raw(), load.point, load.radius);
-    const Vec3 share = (1.0 / static_cast<double>(points.size())) * load.force;
-    for (const CollisionVertex v : points) add(v, share);
+    for (const auto& [v, share] : places_of(body.complex.collision, load.point, load.radius))
+      add(v, share * load.force);
   }
 }
 

@@ -62,7 +62,7 @@ class Run {
       while (finished < strokes.size() && strokes[finished].finished) check(fmt::format("stroke {}", ++finished));
       if (frames && session_.time() >= static_cast<double>(next_frame) * interval - 0.5 * scene_.simulation.time_step) {
         KERF_TRY(add_frame());
-        next_frame = static_cast<std::int64_t>(std::floor(session_.time() / interval + 1e-9)) + 1;
+        next_frame = std::max(next_frame, static_cast<std::int64_t>(std::llround(session_.time() / interval))) + 1;
       }
       if (scene_.output.picture && !pictured_ && scene_.output.picture_at &&
           session_.time() >= *scene_.output.picture_at)

@@ -85,7 +85,7 @@ SceneKeys<Scene> scene_keys<Scene>() {
       {"lattice", SceneNested{"table"}, "", kAny, false, "The regular lattice whose cells become hexahedra."},
       {"cut", SceneNested{"table"}, "", kAny, false, "How cuts and their surfaces are made."},
       {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
-      {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
+      {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose material never moves."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
       {"lesion", SceneNested{"table"}, "", kAny, false,
        "A marked part of the body that should be taken out; gives the run a score."},

@@ -29,6 +29,12 @@ std::vector<HexId> guests_of(const HexMesh& hex, HexId host) {
   return guests;
 }
 
+/// From natural coordinates of a copy's cell to those of its host's.
+Vec3 shift_of(const HexMesh& hex, HexId id, HexId host) {
+  const LatticeIndex at = hex.cell[id], from = hex.cell[host];
+  return {2.0 * (at[0] - from[0]), 2.0 * (at[1] - from[1]), 2.0 * (at[2] - from[2])};
+}
+
 /// The material of a copy of its own, in natural coordinates of a copy `host`, whose map reaches on beyond its cell.
 void add_points(const HexMesh& hex, HexId id, HexId host, std::vector<MaterialPoint>& points) {
   const HexMaterial& m = hex.material[id];
@@ -45,8 +51,7 @@ void add_points(const HexMesh& hex, HexId id, HexId host, std::vector<MaterialPo
   if (!(sum > 0)) return;
   std::array<double, 27> volumes;
   for (std::size_t i = 0; i < 27; ++i) volumes[i] = m.volume / sum * weights[i];
-  const LatticeIndex at = hex.cell[id], from = hex.cell[host];
-  const Vec3 shift{2.0 * (at[0] - from[0]), 2.0 * (at[1] - from[1]), 2.0 * (at[2] - from[2])};
+  const Vec3 shift = shift_of(hex, id, host);
   for (MaterialPoint p : material_points_27(volumes)) {
     p.xi += shift;
     points.push_back(p);
@@ -61,24 +66,52 @@ void weigh(double wanted, std::array<double, 8>& masses) {
   for (double& mass : masses) mass *= kept > 0 ? wanted / kept : 0;
 }
 
-/// A copy that has absorbed others: slivers resist as all material does, where they are.
-Status sync_host(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model) {
+/// What of a copy's material may deform: all of it, but for what a fixed region holds of a cell that its border crosses.
+void add_free_points(const HexMesh& hex, const BodyMaterials& materials, HexId id, HexId host,
+                     std::vector<MaterialPoint>& points) {
+  const HeldPart part = materials.held.cross ? held_part(hex, materials.held, id) : HeldPart::kNone;
+  if (part == HeldPart::kAll) return;
+  if (part == HeldPart::kNone) return add_points(hex, id, host, points);
+  const Vec3 shift = shift_of(hex, id, host);
+  for (MaterialPoint p : held_material(hex, materials.held, id).free) {
+    p.xi += shift;
+    points.push_back(p);
+  }
+}
+
+/// A copy that has absorbed others, whose slivers resist as all material does, where they are; or of which a part is held.
+Status sync_parts(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model) {
   const MechanicsElement element = element_of(hex, materials, id);
   const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
-  std::vector<MaterialPoint> points;
-  add_points(hex, id, id, points);
-  const std::size_t own = points.size();
-  std::vector<double> softer;  // Young's modulus over the host's, per point of a guest
+  std::vector<MaterialPoint> all, free;
+  add_points(hex, id, id, all);
+  add_free_points(hex, materials, id, id, free);
   for (const HexId g : guests_of(hex, id)) {
-    add_points(hex, g, id, points);
-    const auto young = model.materials()[static_cast<std::size_t>(element_of(hex, materials, g).material)].young;
-    softer.resize(points.size() - own, young / material.young);
+    add_points(hex, g, id, all);
+    const std::size_t first = free.size();
+    add_free_points(hex, materials, g, id, free);
+    const double young = model.materials()[static_cast<std::size_t>(element_of(hex, materials, g).material)].young;
+    for (std::size_t i = first; i < free.size(); ++i) free[i].volume *= young / material.young;
   }
-  std::array<double, 8> masses = lumped_masses(material.density, points);
+  std::array<double, 8> masses = lumped_masses(material.density, all);
   weigh(material.density * hex.material[id].mass_volume, masses);
-  for (std::size_t i = own; i < points.size(); ++i) points[i].volume *= softer[i - own];
   return model.set_element(id, element,
-                           partly_filled_matrix(model.formulation(), material, hex.frame_of(id).cell, points), masses);
+                           partly_filled_matrix(model.formulation(), material, hex.frame_of(id).cell, free), masses);
+}
+
+/// Does a copy or one that it has absorbed lie in a cell that a border crosses, or is it held beside one?
+bool is_partly_held(const HexMesh& hex, const BodyMaterials& materials, HexId id, const MechanicsModel& model) {
+  if (!materials.held.cross) return false;
+  const auto part = [&](HexId copy) { return held_part(hex, materials.held, copy); };
+  const HeldPart own = part(id);
+  if (own == HeldPart::kSome) return true;
+  if (own == HeldPart::kAll) {
+    const auto& nodes = hex.nodes[id];
+    return std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return !model.is_fixed(n); });
+  }
+  if (!hex.first_guest[id].valid()) return false;
+  const std::vector<HexId> guests = guests_of(hex, id);
+  return std::any_of(guests.begin(), guests.end(), [&](HexId g) { return part(g) != HeldPart::kNone; });
 }
 
 /// Those that have absorbed any of these have its material, too. Ascending.
@@ -145,13 +178,22 @@ Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& m
   return model;
 }
 
+bool is_held(const HexMesh& hex, const BodyMaterials& materials, const MechanicsModel& model, HexId copy) {
+  if (!copy.valid()) return false;
+  const auto& nodes = hex.nodes[copy];
+  if (std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return model.is_fixed(n); })) return true;
+  return materials.held.cross && held_part(hex, materials.held, copy) == HeldPart::kSome &&
+         !held_material(hex, materials.held, copy).border.empty();
+}
+
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model) {
   if (!hex.alive(id)) {
     if (model.has_element(id)) model.remove_element(id);
     return {};
   }
   const HexMaterial& m = hex.material[id];
-  if (hex.first_guest[id].valid()) return sync_host(hex, materials, id, model);
+  if (hex.first_guest[id].valid() || is_partly_held(hex, materials, id, model))
+    return sync_parts(hex, materials, id, model);
   MechanicsElement element = element_of(hex, materials, id);
   const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
   const double cell_volume = hex.frame_of(id).cell_volume();

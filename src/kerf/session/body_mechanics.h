@@ -10,6 +10,7 @@
 #include "kerf/lattice/lattice_adapt.h"
 #include "kerf/mechanics/step.h"
 #include "kerf/scene/scene.h"
+#include "kerf/session/held_material.h"
 #include "kerf/session/node_memory.h"
 
 namespace kerf {
@@ -17,6 +18,7 @@ namespace kerf {
 /// Materials: for each body its own, then one per region in order.
 struct BodyMaterials {
   std::vector<SceneRegion> regions;  ///< rest coordinates; a later one wins
+  HeldRegions held;
   /// Index of the material at a rest position of a body.
   [[nodiscard]] std::int32_t at(Vec3 rest, std::int32_t body) const;
   /// Index of a body's material outside of all regions.
@@ -29,6 +31,9 @@ struct BodyMaterials {
 /// Bad input: a material that can't be simulated.
 Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& material, SceneFormulation formulation,
                                       BodyMaterials& materials, std::span<const SceneBodyMaterial> bodies = {});
+
+/// Does a support hold some of this copy's material, or nodes of it?
+bool is_held(const HexMesh& hex, const BodyMaterials& materials, const MechanicsModel& model, HexId copy);
 
 /// Sets the element of one copy (or removes it, if it is dead or absorbed).
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model);

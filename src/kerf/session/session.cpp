@@ -86,9 +86,9 @@ void UndoList::clear() {
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures),
       gravity(o.gravity), largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps), lost_grasps(o.lost_grasps), tools(o.tools), touching(o.touching),
-      stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo),
-      redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
+      next_command(o.next_command), grasps(o.grasps), hold_springs(o.hold_springs), lost_grasps(o.lost_grasps),
+      tools(o.tools), touching(o.touching), stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr),
+      synced(o.synced), undo(o.undo), redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
 
 SessionState& SessionState::operator=(const SessionState& other) {
   SessionState copy(other);
@@ -341,6 +341,9 @@ Vec3 Session::support_force() const {
   const Impl& s = *impl_;
   Vec3 sum;
   for (const NodeId n : ids<NodeId>(s.state.model.node_count())) sum += support_force(n);
+  if (s.forces_of != s.state.topology_version) return sum;
+  for (const SpringId spring : s.state.hold_springs)
+    if (s.state.model.has_spring(spring)) sum += spring_force(s.state.model, s.state.mechanics, spring);
   return sum;
 }
 

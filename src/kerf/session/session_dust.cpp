@@ -54,8 +54,7 @@ bool Session::Impl::is_dust(const SmallPiece& piece) {
 
   for (const CollisionTriangle f : piece.triangles)
     for (const Piece& part : body.hex.pieces_of(f))
-      for (const NodeId n : body.hex.nodes[body.hex.host[part.copy]])
-        if (state.model.is_fixed(n)) return false;
+      if (is_held(body.hex, state.materials, state.model, body.hex.host[part.copy])) return false;
 
   std::vector<CollisionVertex> vertices;
   for (const CollisionTriangle f : piece.triangles)

@@ -115,6 +115,7 @@ struct SessionState {
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
+  std::vector<SpringId> hold_springs;    ///< of the borders of fixed regions
   std::vector<std::string> lost_grasps;  ///< ids of those whose piece was taken away
   std::vector<ToolMotion> tools;         ///< one per tool of the scene; where the tools are is in `mechanics`
   DetectMemory touching;                 ///< what detection remembers of contacts
@@ -357,7 +358,13 @@ struct Session::Impl {
   void unfix(const SceneRegion& region, const std::string& place);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
   std::vector<NodeId> nodes_in(const SceneRegion& region) const;
-  /// Springs of grasps and of slit tips, anew. Linear in the tips there ever were, so changes of topology only say that they are
+  /// Which cells their borders cross, ascending; whether any material is held at one.
+  bool crosses_material(const HeldRegions& held, std::vector<CellId>& cells) const;
+  /// Nodes and elements as fixed regions have them, after these changed: in cells that a border crosses material is held up to there, and no node.
+  Status hold_material();
+  Status hold_borders();
+  void note_hinge(const SceneRegion& region, const std::string& name);
+  /// Springs of grasps, of borders of fixed regions and of slit tips, anew. Linear in the tips there ever were, so changes of topology only say that they are
   /// stale; whoever looks at them asks for fresh ones first.
   Status renew_springs();
   Status fresh_springs() { return springs_stale ? renew_springs() : Status{}; }

@@ -21,8 +21,8 @@ double area_of(const std::vector<Vec2>& polygon) {
 
 /// Marks pieces that the bite has cut loose beside its outline, as between two bites at a rim: neither held, nor larger than the bite, nor
 /// the largest of all.
-void add_scraps(const Body& body, const MechanicsModel& model, const std::vector<CollisionHalfEdge>& lips, double bite,
-                std::vector<std::uint8_t>& triangles) {
+void add_scraps(const Body& body, const BodyMaterials& materials, const MechanicsModel& model,
+                const std::vector<CollisionHalfEdge>& lips, double bite, std::vector<std::uint8_t>& triangles) {
   const CollisionMesh& mesh = body.complex.collision;
   const Pieces pieces = collision_pieces(body.complex);
   std::vector<double> area(static_cast<std::size_t>(pieces.count), 0);
@@ -36,8 +36,7 @@ void add_scraps(const Body& body, const MechanicsModel& model, const std::vector
     area[p] += 0.5 * norm(cross(mesh.rest[mesh.to(h)] - a, mesh.rest[mesh.apex(h)] - a));
     if (!scrap[p]) continue;
     for (const Piece& piece : body.hex.pieces_of(f))
-      for (const NodeId n : body.hex.nodes[body.hex.host[piece.copy]])
-        if (model.is_fixed(n)) scrap[p] = 0;
+      if (is_held(body.hex, materials, model, body.hex.host[piece.copy])) scrap[p] = 0;
   }
   scrap[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())] = 0;
   for (std::size_t f = 0; f < triangles.size(); ++f) {
@@ -132,7 +131,7 @@ Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
   if (!what.take || done->loose.empty()) return {};
   std::vector<std::uint8_t> triangles(state.body.complex.collision.face_count(), 0);
   for (const CollisionTriangle t : done->loose) triangles[t.index()] = 1;
-  add_scraps(state.body, state.model, done->lips, area_of(p.outline), triangles);
+  add_scraps(state.body, state.materials, state.model, done->lips, area_of(p.outline), triangles);
   const auto taken = take_away(triangles);
   return taken ? Status{} : Status(taken.error());
 }

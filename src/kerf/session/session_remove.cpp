@@ -346,8 +346,7 @@ Result<RemovalReport> Session::Impl::remove_in(const SceneRegion& region, SceneF
                                   places[mesh.origin[CollisionMesh::corner(t, 2)].index()]))
       meets[p] = 1;
     for (const Piece& piece : state.body.hex.pieces_of(t))
-      for (const NodeId n : state.body.hex.nodes[state.body.hex.host[piece.copy]])
-        if (state.model.is_fixed(n)) loose[p] = 0;
+      if (is_held(state.body.hex, state.materials, state.model, state.body.hex.host[piece.copy])) loose[p] = 0;
   }
   std::vector<std::uint8_t> triangles(mesh.face_count(), 0);
   for (std::size_t f = 0; f < triangles.size(); ++f) {
@@ -377,8 +376,7 @@ bool Session::held_by_supports(CollisionTriangle triangle) const {
   for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
     if (pieces.of_face[t.index()] != pieces.of_face[triangle.index()]) continue;
     for (const Piece& piece : s.body.hex.pieces_of(t))
-      for (const NodeId n : s.body.hex.nodes[s.body.hex.host[piece.copy]])
-        if (s.model.is_fixed(n)) return true;
+      if (is_held(s.body.hex, s.materials, s.model, s.body.hex.host[piece.copy])) return true;
   }
   return false;
 }

@@ -30,12 +30,14 @@ BodyPoint edge_point(const BodyView& body, CollisionHalfEdge h, double t) {
   p.position = lerp(body.position(v), body.position(w), t);
   p.offset = lerp(body.offset(v), body.offset(w), t);
   p.travel = lerp(body.travel(v), body.travel(w), t);
+  p.face = ContactSurface::face(h);
   return p;
 }
 
 BodyPoint face_point(const BodyView& body, CollisionTriangle f, const std::array<double, 3>& weight) {
   BodyPoint p;
   p.where.body = body.index;
+  p.face = f;
   const auto corner = body.surface.vertices(f);
   std::size_t n = 0;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -9,6 +9,7 @@
 
 #include "kerf/base/ids.h"
 #include "kerf/base/vec.h"
+#include "kerf/embedding/embedding.h"
 
 namespace kerf {
 
@@ -25,6 +26,7 @@ struct Contact {
   std::uint64_t key = 0;       ///< features that touch (kind, obstacle, vertex or edge or face on each side); unique
   SurfacePoint a;              ///< the body's point
   CollisionHalfEdge lip;       ///< on this lip of a slit: its tip is carried as this lip is. None: as all are
+  EmbeddedPoint carrier;       ///< a's place where one cell carries it, and not its vertices; else without a copy
   SurfacePoint b;              ///< the other point of a body, if vertex[0] is valid
   std::int32_t obstacle = -1;  ///< else: index of the obstacle
   std::int32_t tool = -1;      ///< or of the tool, whose freedoms are solved for

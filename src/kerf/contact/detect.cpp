@@ -92,8 +92,9 @@ void detect_shape(DetectRun& run, const ShapeRef& ref) {
     const ContactSurface& surface = *run.bodies[b].surface;
     if (surface.tree.empty()) continue;
     const BodyFrame& frame = run.scratch.bodies[b];
-    const double reach =
-        frame.greatest_offset + run.margin + kApproach * (frame.greatest_travel + run.options.step * speed);
+    const double reach = frame.greatest_offset + run.margin +
+                         kApproach * (frame.greatest_travel + run.options.step * speed) +
+                         (run.bodies[b].sides != nullptr ? run.bodies[b].sides->bulge : 0);
     for (std::size_t i = 0; i < shape.parts.size(); ++i) {
       const PlacedPart placed = place(shape, shape.parts[i]);
       const BodyView view = kerf::view(run, body);
@@ -208,6 +209,28 @@ void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::in
   if (depth > kDeep) ++run.report.deep;
 }
 
+/// Gap below which a contact with a shape is worth handing out.
+static double shape_limit(const DetectRun& run, const Contact& c, Vec3 travel) {
+  // Where the body would go without contacts says little of what already lies on something: that does not get out of the way.
+  const Vec3 comes = -run.options.step * c.other_velocity,
+             held = travel - std::max(0.0, dot(c.normal, travel)) * c.normal;
+  return std::max(gap_limit(run, c.normal, travel + comes), gap_limit(run, c.normal, held + comes));
+}
+
+/// A place of a face or an edge between points of its sides, where the cell that it lies in has it.
+static bool carry(const DetectRun& run, const BodyPoint& a, Contact& c) {
+  const SurfaceState& body = run.bodies[static_cast<std::size_t>(a.where.body)];
+  if (body.sides == nullptr || !a.face.valid() || !body.sides->between || body.sides->pieces[a.face] < 2) return false;
+  Vec3 rest;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (const CollisionVertex v = a.where.vertex[k]; v.valid())
+      rest += a.where.weight[k] * (body.surface->rest[v] + c.a.lift * body.surface->offset[v]);
+  c.carrier = embed_point(*body.hex, a.face, rest);
+  if (!c.carrier.copy.valid()) return false;
+  c.gap = dot(c.normal, place_of(*body.hex, c.carrier, body.nodes).now - c.point);
+  return true;
+}
+
 void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const BodyPoint& a, Vec3 point, Vec3 normal,
                     double distance, std::int32_t feature) {
   // A prism that stands on its edge touches with both ends.
@@ -221,21 +244,35 @@ void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& ref, const
   c.normal = normal;
   c.other_velocity = shape.velocity_at(point);
   c.friction = shape.friction;
-  // Where the body would go without contacts says little of what already lies on something: that does not get out of the way.
-  const Vec3 comes = -run.options.step * c.other_velocity,
-             held = a.travel - std::max(0.0, dot(normal, a.travel)) * normal;
-  const double limit = std::max(gap_limit(run, normal, a.travel + comes), gap_limit(run, normal, held + comes));
+  const double limit = shape_limit(run, c, a.travel);
   const double along = dot(normal, a.offset), radius = norm(a.offset);
   const double nearer = along > 0 ? -1 : 1;
   const std::int32_t slot = name.slot;
   for (const double lift : {nearer, -nearer}) {
-    c.gap = distance + lift * along;
-    if (!(c.gap < limit)) continue;
     if (lift != nearer && !(std::fabs(along) < kUpright * radius)) continue;
     c.a.lift = lift;
+    if (!carry(run, a, c)) c.gap = distance + lift * along;
+    if (!(c.gap < limit)) continue;
     name.slot = 2 * slot + (lift > 0 ? 1 : 0);
     hand_out(run, contact_key(name), c, feature, radius);
   }
+}
+
+void hand_out_place(DetectRun& run, std::uint64_t key, const ShapeRef& ref, const BodyPoint& a, const SidePoint& at,
+                    Vec3 place, Vec3 travel, const Proximity& nearest) {
+  const RigidShape& shape = *ref.shape;
+  Contact c;
+  c.a = a.where;
+  c.a.lift = at.lift;
+  c.carrier = at.carrier;
+  c.obstacle = ref.obstacle;
+  c.tool = ref.tool;
+  c.point = nearest.point;
+  c.normal = nearest.normal;
+  c.gap = dot(c.normal, place - c.point);
+  c.other_velocity = shape.velocity_at(c.point);
+  c.friction = shape.friction;
+  if (c.gap < shape_limit(run, c, travel)) hand_out(run, key, c, -1, norm(a.offset));
 }
 
 void hand_out_pair(DetectRun& run, const ContactName& name, const BodyPoint& a, double lift_a, const BodyPoint& b,

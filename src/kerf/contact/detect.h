@@ -12,6 +12,7 @@
 #include "kerf/contact/contact.h"
 #include "kerf/contact/contact_surface.h"
 #include "kerf/contact/rigid_shape.h"
+#include "kerf/contact/side_points.h"
 
 namespace kerf {
 
@@ -21,6 +22,10 @@ struct SurfaceState {
   std::span<const Vec3> position;   ///< of the collision vertices, m
   std::span<const Vec3> offset;     ///< from each to the + corner of its prism, deformed, m; see surface_offsets.h
   std::span<const Vec3> predicted;  ///< where they would be at the end of the step, touching nothing, m
+  /// Points of its sides besides, placed, with the lattice and its nodes; null: it has none.
+  const SidePoints* sides = nullptr;
+  const HexMesh* hex = nullptr;
+  std::span<const NodeState> nodes = {};
 };
 
 /// What detection remembers of a contact from step to step: on which side the other one was. Part of a session's state.

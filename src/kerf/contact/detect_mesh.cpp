@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "kerf/contact/near_shape.h"
+#include "kerf/contact/search_sides.h"
 #include "kerf/contact/triangle_foot.h"
 
 namespace kerf {
@@ -150,6 +151,31 @@ void find_clearance(const NearShape& near, V v, double reach, Clearance& known, 
   known.set(v, p.local, p.least, place.triangle);
 }
 
+Proximity proximity_of(const PlacedPart& part, Vec3 local, const NearestPlace& place) {
+  const auto& c = place.triangle->corner;
+  ClosestPoint foot;
+  foot.triangle = place.triangle->id;
+  foot.distance = std::sqrt(place.foot.square);
+  foot.barycentric = place.foot.weights();
+  foot.point = foot.barycentric[0] * c[0] + foot.barycentric[1] * c[1] + foot.barycentric[2] * c[2];
+  Proximity proximity;
+  proximity_of_foot(part, local, foot, proximity);
+  return proximity;
+}
+
+MeshFace mesh_face(const NearShape& near, F f, double rounding) {
+  MeshFace face{f, {}, {}, {}, 0};
+  const auto v = near.body.surface.vertices(f);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const PlacedVertex& p = placed(near, v[i]);
+    face.local[i] = p.local;
+    face.least[i] = p.least;
+  }
+  for (std::size_t i = 0; i < 3; ++i) face.length[i] = norm(face.local[(i + 1) % 3] - face.local[i]);
+  face.reach = near.reach(v) + rounding;
+  return face;
+}
+
 void search_vertex(const NearShape& near, V v, Leaves leaves) {
   const PlacedPart& part = near.placed;
   const ObstacleMesh& mesh = *part.part->mesh;
@@ -159,17 +185,30 @@ void search_vertex(const NearShape& near, V v, Leaves leaves) {
   Clearance& known = near.run.scratch.clearances[near.run.scratch.meshes];
   const NearestPlace place = nearest(mesh, leaves, p.local, reach, known.guess(v));
   if (place.triangle == nullptr) return find_clearance(near, v, reach, known, p);
-  const auto& c = place.triangle->corner;
-  ClosestPoint foot;
-  foot.triangle = place.triangle->id;
-  foot.distance = std::sqrt(place.foot.square);
-  foot.barycentric = place.foot.weights();
-  foot.point = foot.barycentric[0] * c[0] + foot.barycentric[1] * c[1] + foot.barycentric[2] * c[2];
-  p.least = foot.distance;
+  p.least = std::sqrt(place.foot.square);
   known.set(v, p.local, p.least, place.triangle);
-  Proximity proximity;
-  proximity_of_foot(part, p.local, foot, proximity);
-  hand_out_vertex_contact(near, v, proximity);
+  hand_out_vertex_contact(near, v, proximity_of(part, p.local, place));
+}
+
+/// The sides of a face, unless the mesh is too far from its corners.
+void search_mesh_sides(const NearShape& near, F f, Leaves leaves) {
+  const SidePoints& sides = *near.body.state.sides;
+  if (!sides.has_points(f)) return;
+  const PlacedPart& part = near.placed;
+  MeshFace face = mesh_face(near, f, 0);
+  face.reach += sides.bulge;
+  if (face.is_clear()) return;
+  // Mostly it is the triangle of the point before.
+  const ObstacleLeaves::Triangle* guess =
+      near.run.scratch.clearances[near.run.scratch.meshes].guess(near.body.surface.vertices(f)[0]);
+  search_sides(near, f, [&](Vec3 place, double far, Proximity& proximity) {
+    const Vec3 local = transposed_times(part.axes, place - part.centre);
+    const NearestPlace found = nearest(*part.part->mesh, leaves, local, far, guess);
+    if (found.triangle == nullptr) return false;
+    guess = found.triangle;
+    proximity = proximity_of(part, local, found);
+    return true;
+  });
 }
 
 /// Corners and edges of a mesh near a leaf of the body.
@@ -265,19 +304,6 @@ void search_edges(const NearShape& near, H h, const std::array<Vec3, 2>& ends, V
     }
 }
 
-MeshFace mesh_face(const NearShape& near, F f, double rounding) {
-  MeshFace face{f, {}, {}, {}, 0};
-  const auto v = near.body.surface.vertices(f);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const PlacedVertex& p = placed(near, v[i]);
-    face.local[i] = p.local;
-    face.least[i] = p.least;
-  }
-  for (std::size_t i = 0; i < 3; ++i) face.length[i] = norm(face.local[(i + 1) % 3] - face.local[i]);
-  face.reach = near.reach(v) + rounding;
-  return face;
-}
-
 /// Against corners and edges of the mesh.
 void search_face(const NearShape& near, const MeshFace& face, const Gathered& gathered) {
   const ContactSurface& surface = near.body.surface;
@@ -305,6 +331,7 @@ void search_leaf(const NearShape& near, std::uint32_t leaf, Leaves leaves) {
     for (int i = 0; i < 3; ++i)
       if (const H h = ContactSurface::corner(f, i); surface.owns_vertex(h))
         search_vertex(near, surface.origin[h], leaves);
+    if (near.body.state.sides != nullptr) search_mesh_sides(near, f, leaves);
   });
   if (near.body.frame.normals.empty()) return;  // no coarse triangles
   auto& faces = near.run.scratch.mesh_faces;

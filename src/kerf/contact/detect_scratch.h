@@ -67,6 +67,7 @@ struct BodyView {
 struct BodyPoint {
   SurfacePoint where;  ///< on the mid-surface
   Vec3 position, offset, travel;
+  CollisionTriangle face;  ///< that an edge's or a face's point is on; of a vertex: none
 };
 BodyPoint vertex_point(const BodyView& body, CollisionVertex v);
 BodyPoint edge_point(const BodyView& body, CollisionHalfEdge h, double t);
@@ -186,7 +187,8 @@ enum class ContactKind : std::uint8_t {
   kLip,
   kFlank,
   kWall,
-  kSunkWall
+  kSunkWall,
+  kSideShape
 };
 
 /// Who touches whom, in one number: features by their ids, mixed so that different contacts have different keys.
@@ -240,6 +242,10 @@ void hand_out(DetectRun& run, std::uint64_t key, const Contact& contact, std::in
 /// `point` along the normal.
 void hand_out_shape(DetectRun& run, ContactName name, const ShapeRef& shape, const BodyPoint& a, Vec3 point,
                     Vec3 normal, double distance, std::int32_t feature);
+
+/// The same for a point of a body's sides, as it is carried.
+void hand_out_place(DetectRun& run, std::uint64_t key, const ShapeRef& shape, const BodyPoint& a, const SidePoint& at,
+                    Vec3 place, Vec3 travel, const Proximity& nearest);
 
 /// The same between two points of bodies: fills in b, where they touch and how far apart. Lifts as given. Nothing happens if
 /// they won't come near.

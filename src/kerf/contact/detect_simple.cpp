@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "kerf/contact/near_shape.h"
+#include "kerf/contact/search_sides.h"
 
 namespace kerf {
 namespace {
@@ -42,8 +43,13 @@ void detect_simple(const NearShape& near, double reach) {
   find_leaves(surface.tree, near.body.frame.boxes, near.placed, reach, scratch);
   all_features(near.placed, scratch.features);
   const bool features = !scratch.features.points.empty();
+  const SidePoints* sides = near.body.state.sides;
   for (const std::uint32_t leaf : scratch.leaves)
     surface.tree.for_each_triangle(leaf, [&](CollisionTriangle f) {
+      if (sides != nullptr)
+        search_sides(near, f, [&](Vec3 place, double far, Proximity& proximity) {
+          return closest_on_part(near.placed, place, far, proximity);
+        });
       bool coarse = false;
       for (int i = 0; i < 3; ++i) {
         const CollisionHalfEdge h = ContactSurface::corner(f, i);

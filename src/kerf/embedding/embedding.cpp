@@ -276,7 +276,14 @@ NodeForces spread_force(const HexMesh& hex, EmbeddedPoint point, Vec3 force) {
 
 EmbeddedPoint embed_point(const HexMesh& hex, CollisionTriangle owner, Vec3 rest_point) {
   const CollisionTriangle owners[1] = {owner};
-  const LatticeFrame& frame = hex.frame_at(hex.index_of(hex.pieces_of(owner)[0].cell));
+  return embed_point(hex, owners, rest_point);
+}
+
+EmbeddedPoint embed_point(const HexMesh& hex, std::span<const CollisionTriangle> owners, Vec3 rest_point) {
+  const auto with_pieces =
+      std::find_if(owners.begin(), owners.end(), [&](CollisionTriangle t) { return !hex.pieces_of(t).empty(); });
+  if (with_pieces == owners.end()) return {};
+  const LatticeFrame& frame = hex.frame_at(hex.index_of(hex.pieces_of(*with_pieces)[0].cell));
   const HexId copy = find_copy(hex, owners, frame.to_lattice(rest_point), {});
   return {copy, hex.local(copy, rest_point)};
 }

@@ -77,6 +77,8 @@ NodeForces spread_force(const HexMesh& hex, EmbeddedPoint point, Vec3 force);
 
 /// The copy for a rest point owned by a collision triangle, by the rule above: for contacts, grasps, attachments.
 EmbeddedPoint embed_point(const HexMesh& hex, CollisionTriangle owner, Vec3 rest_point);
+/// The same for a point that several triangles of one body own. No copy: they have no material.
+EmbeddedPoint embed_point(const HexMesh& hex, std::span<const CollisionTriangle> owners, Vec3 rest_point);
 
 /// Positions (or, from node velocities, velocities) of all collision vertices. nodes: |N|, out: |V_c|.
 void collision_positions(const HexMesh& hex, const Embedding& embedding, std::span<const Vec3> nodes,

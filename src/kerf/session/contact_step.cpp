@@ -54,7 +54,8 @@ DetectOptions detect_options(const Scene& scene, double h) {
 
 void refresh_surface(const Body& body, ContactStep& c) {
   if (c.surface_stale) rebuild_contact_surface(body.complex.collision, c.surface);
-  c.surface_stale = false;
+  if (c.surface_stale || c.sides_stale) renew_side_points(body.hex, body.embedding, c.surface, c.sides);
+  c.surface_stale = c.sides_stale = false;
 }
 
 /// Trilinear weights of the corners at local coordinates, z = -1 and z = +1.
@@ -101,7 +102,7 @@ SurfaceState surface_state(const Body& body, ContactStep& c) {
     const auto& corner = body.hex.nodes[body.embedding.collision[v]];
     Lanes now = all_lanes(0), next = all_lanes(0), offset = all_lanes(0);
     for (std::size_t i = 0; i < 8; ++i) {
-      const ContactStep::NodeState& node = c.nodes[corner[i].index()];
+      const NodeState& node = c.nodes[corner[i].index()];
       const Lanes x = load_lanes(node.now);
       now += own[i / 4][i % 4] * x;
       next += own[i / 4][i % 4] * load_lanes(node.next);
@@ -110,6 +111,14 @@ SurfaceState surface_state(const Body& body, ContactStep& c) {
     c.positions[v.index()] = vec_of(now);
     c.predicted[v.index()] = vec_of(next);
     c.offsets[v.index()] = vec_of(offset);
+  }
+  for (const CollisionVertex v : ids<CollisionVertex>(c.sides.corner.size())) {
+    if (!c.sides.corner[v][0].copy.valid()) continue;
+    const CarriedPlace minus = place_of(body.hex, c.sides.corner[v][0], c.nodes),
+                       plus = place_of(body.hex, c.sides.corner[v][1], c.nodes);
+    c.positions[v.index()] = 0.5 * (minus.now + plus.now);
+    c.predicted[v.index()] = 0.5 * (minus.next + plus.next);
+    c.offsets[v.index()] = 0.5 * (plus.now - minus.now);
   }
   return {&c.surface, c.positions, c.offsets, c.predicted};
 }
@@ -240,26 +249,43 @@ CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex
   return w;
 }
 
-/// Adds the entries of a surface point, on a lip or none, times sign. Nodes that are there already get the sum.
+/// Adds entries of a copy's nodes, times a scale. Nodes that are there already get the sum.
+void add_entries(const Body& body, HexId copy, const CornerWeights& w, double scale, std::int32_t first,
+                 ContactStep& c) {
+  auto& entries = c.set.entries;
+  const Lanes weights[2] = {scale * w.low, scale * w.high};
+  const auto& nodes = body.hex.nodes[copy];
+  for (std::size_t i = 0; i < 8; ++i) {
+    std::int32_t& slot = c.node_slot[nodes[i].index()];
+    if (slot < first) {
+      slot = static_cast<std::int32_t>(entries.size());
+      entries.push_back({nodes[i], 0});
+    }
+    entries[static_cast<std::size_t>(slot)].weight += weights[i / 4][i % 4];
+  }
+}
+
+/// The corners of the prism at a vertex, where other copies carry them than the one that carries the vertex; or null.
+const std::array<EmbeddedPoint, 2>* carried_corners(const ContactStep& c, CollisionVertex v) {
+  return c.sides.corner.contains(v) && c.sides.corner[v][0].copy.valid() ? &c.sides.corner[v] : nullptr;
+}
+
+/// Adds the entries of a surface point, on a lip or none, times sign.
 void add_point(const Body& body, const SurfacePoint& point, CollisionHalfEdge lip, double sign, std::int32_t first,
                ContactStep& c) {
-  auto& entries = c.set.entries;
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
     const Carrier carrier = carrier_of(body, v, lip);
-    const CornerWeights w = weights_of(body, c, v, carrier, point.lift);
     const double scale = sign * point.weight[k];
-    const Lanes weights[2] = {scale * w.low, scale * w.high};
-    const auto& nodes = body.hex.nodes[carrier.copy];
-    for (std::size_t i = 0; i < 8; ++i) {
-      std::int32_t& slot = c.node_slot[nodes[i].index()];
-      if (slot < first) {
-        slot = static_cast<std::int32_t>(entries.size());
-        entries.push_back({nodes[i], 0});
-      }
-      entries[static_cast<std::size_t>(slot)].weight += weights[i / 4][i % 4];
+    const auto* corner = carrier.copy == body.embedding.collision[v] ? carried_corners(c, v) : nullptr;
+    if (corner == nullptr) {
+      add_entries(body, carrier.copy, weights_of(body, c, v, carrier, point.lift), scale, first, c);
+      continue;
     }
+    for (std::size_t end = 0; end < 2; ++end)
+      if (const double share = 0.5 * (end == 0 ? 1 - point.lift : 1 + point.lift); share != 0)
+        add_entries(body, (*corner)[end].copy, corner_weights((*corner)[end].local), share * scale, first, c);
   }
 }
 
@@ -276,12 +302,16 @@ double freedom(const Body& body, CollisionVertex a, CollisionVertex b) {
 }
 
 /// The copy that all vertices of a point hang on, or none.
-HexId common_copy(const Body& body, const SurfacePoint& point, CollisionHalfEdge lip) {
+HexId common_copy(const Body& body, const ContactStep& c, const SurfacePoint& point, CollisionHalfEdge lip) {
   HexId copy;
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    const HexId own = carrier_of(body, v, lip).copy;
+    HexId own = carrier_of(body, v, lip).copy;
+    if (const auto* corner = carried_corners(c, v); corner != nullptr && own == body.embedding.collision[v]) {
+      if (std::fabs(point.lift) != 1) return {};
+      own = (*corner)[point.lift > 0 ? 1 : 0].copy;
+    }
     if (copy.valid() && copy != own) return {};
     copy = own;
   }
@@ -370,10 +400,13 @@ void make_contact_rows(const Body& body, ContactStep& c) {
     row.key = contact.key;
     row.first = static_cast<std::int32_t>(c.set.entries.size());
     const bool other_body = contact.b.vertex[0].valid();
-    add_point(body, contact.a, contact.lip, 1, row.first, c);
+    if (contact.carrier.copy.valid())
+      add_entries(body, contact.carrier.copy, corner_weights(contact.carrier.local), 1, row.first, c);
+    else add_point(body, contact.a, contact.lip, 1, row.first, c);
     if (other_body) add_point(body, contact.b, {}, -1, row.first, c);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
-    if (!other_body) row.cell = common_copy(body, contact.a, contact.lip);
+    if (!other_body)
+      row.cell = contact.carrier.copy.valid() ? contact.carrier.copy : common_copy(body, c, contact.a, contact.lip);
     else row.push_speed = kPushRadii * c.surface.largest_radius;
     row.normal = contact.normal;
     row.gap = contact.gap;
@@ -425,6 +458,7 @@ Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::st
   if (!shapes) return shapes.error();
   c.shapes = std::move(*shapes);
   c.surface = make_contact_surface(body.complex.collision);
+  choose_side_points(body.hex, c.surface, c.sides);
   if (scene.contact.self) {
     const TightFolds folds = find_tight_folds(c.surface);
     if (folds.vertices > 0)
@@ -514,7 +548,13 @@ void detect_contacts(const Scene& scene, const Body& body, const MechanicsModel&
     const Vec3 x = state.positions[i], next = predicted_place(model, state, i, h, gravity);
     c.nodes[i] = {{x.x, x.y, x.z, 0}, {next.x, next.y, next.z, 0}};
   }
-  const SurfaceState surface = surface_state(body, c);
+  SurfaceState surface = surface_state(body, c);
+  if (!c.sides.points.empty()) {
+    place_side_points(body.hex, c.surface, c.nodes, c.positions, c.offsets, c.sides);
+    surface.sides = &c.sides;
+    surface.hex = &body.hex;
+    surface.nodes = c.nodes;
+  }
   c.seen = detect({&surface, 1}, c.shapes.obstacles, c.tools, detect_options(scene, h), memory, c.detect, c.contacts);
   if (!c.seen.out_of_range)
     add_sunk_walls(surface, scene.contact.margin * c.surface.largest_radius, scene.contact.friction, memory,

@@ -23,11 +23,10 @@ struct ContactStep {
   SceneShapes shapes;
   ContactSurface surface;
   bool surface_stale = false;  ///< after undo, redo or a restored snapshot: all of it anew
+  SidePoints sides;            ///< of the surface
+  bool sides_stale = true;     ///< the body has been cut since
 
   std::vector<RigidShape> tools;
-  struct alignas(32) NodeState {
-    double now[4], next[4];  // x y z -
-  };
   std::vector<NodeState> nodes;
   std::vector<Vec3> positions, offsets, predicted;  // per collision vertex
   DetectWorkspace detect;

@@ -255,6 +255,7 @@ void Session::Impl::warn_of_overlap() {
 
 void Session::Impl::contact_follows(std::span<const CollisionTriangle> changed) {
   state.touching.cut = !state.touching.contacts.empty();
+  contact.sides_stale = true;
   if (!contact.on || contact.surface_stale) {
     state.touching.walls.clear();
     return;

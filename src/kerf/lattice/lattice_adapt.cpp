@@ -270,17 +270,52 @@ class Adapter {
     for (const CollisionVertex v : s_.vertices)
       if (update_tip(mesh_, hex_, v, [this](CellId c) { touch(c); })) change_.tips_changed = true;
 
-    // Prisms that a tip had split are measured whole again, and that touches their other cells.
-    for (std::size_t triangles = 0, cells = 0; triangles < s_.reshaped.size() || cells < s_.touched.size();) {
-      if (cells < s_.touched.size()) {
-        for (const T t : hex_.members_of(s_.touched[cells]))
-          for (const Piece& p : hex_.pieces_of(t))
-            if (p.cell == s_.touched[cells] && p.side != 0) reshape(t);
-        ++cells;
-      } else {
-        measure(s_.reshaped[triangles++]);
-      }
+    for (const T t : s_.reshaped) measure(t);
+    for (const CellId c : s_.touched)
+      for (const T t : hex_.members_of(c))
+        if (s_.triangle_stamp[t.index()] != reshaped_) make_whole(t, c);
+  }
+
+  /// A prism that a tip had split in a cell is one there again. Its other cells are not touched.
+  void make_whole(T t, CellId c) {
+    bool split = false;
+    for (const Piece& p : hex_.pieces_of(t)) {
+      if (p.cell != c || p.side == 0) continue;
+      split = true;
+      s_.old_pieces.push_back(old_piece(t, p, hex_.shape[t]));
     }
+    if (!split) return;
+    find_volumes(t);
+    for (const CellVolume& v : s_.volumes)
+      if (hex_.cell_id(v.cell) == c) s_.new_pieces.push_back({t, c, v.volume});
+    s_.rewritten.push_back(t);
+  }
+
+  [[nodiscard]] Work::OldPiece old_piece(T t, const Piece& p, const PrismShape& shape) const {
+    Work::OldPiece old{p.cell, t, p.copy, p.tip, p.side, {}, {}, mesh_.root[t], shape.planar};
+    if (p.side != 0) {
+      // The tip's plane as it was when the prism was split: kept in the piece's tip until the cell is analysed.
+      old.point = hex_.tips[p.tip].point;
+      old.normal = hex_.tips[p.tip].normal;
+    }
+    return old;
+  }
+
+  /// The cells that a triangle's prism lies in, with its volumes there.
+  void find_volumes(T t) {
+    const Prism prism_of_t = prism(t);
+    s_.volumes.clear();
+    const LatticeFrame& frame = hex_.frame_of(mesh_.root[t]);
+    prism_in_cells(prism_of_t, frame, s_.box, s_.volumes);
+    if (!s_.volumes.empty()) return;
+    // A knife edge or a sliver: a member all the same, of the cell at its middle.
+    Vec3 middle{};
+    for (std::size_t i = 0; i < 3; ++i) middle += (1.0 / 6) * (prism_of_t.minus[i] + prism_of_t.plus[i]);
+    LatticeIndex c;
+    for (int a = 0; a < 3; ++a)
+      c[at(a)] = std::clamp(static_cast<int>(std::floor(middle[a])), frame.first[at(a)],
+                            frame.first[at(a)] + frame.count[at(a)] - 1);
+    s_.volumes.push_back({c, 0});
   }
 
   /// Takes a triangle's pieces away and measures it anew.
@@ -288,27 +323,9 @@ class Adapter {
     PrismShape shape = hex_.shape[t];
     for (const Piece& p : hex_.pieces_of(t)) {
       touch(p.cell);
-      Work::OldPiece old{p.cell, t, p.copy, p.tip, p.side, {}, {}, mesh_.root[t], shape.planar};
-      if (p.side != 0) {
-        // The tip's plane as it was when the prism was split: kept in the piece's tip until the cell is analysed.
-        old.point = hex_.tips[p.tip].point;
-        old.normal = hex_.tips[p.tip].normal;
-      }
-      s_.old_pieces.push_back(old);
+      s_.old_pieces.push_back(old_piece(t, p, shape));
     }
-    const Prism prism_of_t = prism(t);
-    s_.volumes.clear();
-    const LatticeFrame& frame = hex_.frame_of(mesh_.root[t]);
-    prism_in_cells(prism_of_t, frame, s_.box, s_.volumes);
-    if (s_.volumes.empty()) {  // a knife edge or a sliver: a member all the same, of the cell at its middle
-      Vec3 middle{};
-      for (std::size_t i = 0; i < 3; ++i) middle += (1.0 / 6) * (prism_of_t.minus[i] + prism_of_t.plus[i]);
-      LatticeIndex c;
-      for (int a = 0; a < 3; ++a)
-        c[at(a)] = std::clamp(static_cast<int>(std::floor(middle[a])), frame.first[at(a)],
-                              frame.first[at(a)] + frame.count[at(a)] - 1);
-      s_.volumes.push_back({c, 0});
-    }
+    find_volumes(t);
     double sum = 0;
     for (const CellVolume& v : s_.volumes) {
       const CellId c = hex_.cell_id(v.cell);
@@ -318,7 +335,7 @@ class Adapter {
     }
     shape.hash = shape_hash(t);
     for (int i = 0; i < 3; ++i) shape.planar[at(i)] = mesh_.planar[CollisionMesh::corner(t, i)];
-    shape.scale = sum > 0 ? ruled_volume(prism_of_t) / sum : 1;
+    shape.scale = sum > 0 ? ruled_volume(prism(t)) / sum : 1;
     hex_.shape.set(t, shape);
   }
 
@@ -337,8 +354,9 @@ class Adapter {
       for (const T t : hex_.members_of(c)) {  // two ascending lists
         for (; next < s_.new_pieces.size() && s_.new_pieces[next].cell == c && s_.new_pieces[next].triangle < t; ++next)
           add_new(s_.new_pieces[next]);
-        if (s_.triangle_stamp[t.index()] == reshaped_) continue;
-        add_old(t, c);
+        if (next < s_.new_pieces.size() && s_.new_pieces[next].cell == c && s_.new_pieces[next].triangle == t)
+          add_new(s_.new_pieces[next++]);
+        else if (s_.triangle_stamp[t.index()] != reshaped_) add_old(t, c);
       }
       for (; next < s_.new_pieces.size() && s_.new_pieces[next].cell == c; ++next) add_new(s_.new_pieces[next]);
       entry.count = static_cast<std::int32_t>(s_.elements.size()) - entry.first;

@@ -25,6 +25,10 @@ Status check_cell(const ElementCell& cell) {
   return {};
 }
 
+Status not_finite(HexId id) {
+  return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
+}
+
 }  // namespace
 
 MechanicsModel::MechanicsModel(Vec3 cell_size, const Mat3& axes, ElementFormulation formulation)
@@ -186,13 +190,17 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, co
     take_own(id, cell_of(element.material));
     return {};
   }
-  const Material& material = materials_[element.material];
-  KERF_TRY(store_own(id, element,
-                     partly_filled_matrix(formulation_, material, cell(element.material).size, volumes,
-                                          full_matrix_[element.material]),
-                     masses));
-  own_material_[own_slot_[id.index()]] = {volumes, element.material};
+  for (double v : volumes)
+    if (!std::isfinite(v)) return not_finite(id);
+  store_element(id, element, masses);
+  own_material_[take_own(id, cell_of(element.material))] = {volumes, element.material, true};
   return {};
+}
+
+ElementMatrix MechanicsModel::pending_matrix(std::int32_t slot) const {
+  const OwnMaterial& own = own_material_[slot];
+  return partly_filled_matrix(formulation_, materials_[own.material], cell(own.material).size, own.volumes,
+                              full_matrix_[own.material]);
 }
 
 /// The slot that take_own() will give without a new block, or -1.
@@ -225,15 +233,19 @@ std::int32_t MechanicsModel::take_own(HexId id, std::int32_t cell) {
 Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                                  const std::array<double, 8>& masses) {
   for (double k : matrix)
-    if (!std::isfinite(k))
-      return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
+    if (!std::isfinite(k)) return not_finite(id);
   store_element(id, element, masses);
   const std::int32_t slot = take_own(id, cell_of(element.material));
   own_material_[slot].material = -1;
+  own_material_[slot].pending = false;
+  store_matrix(slot, matrix);
+  return {};
+}
+
+void MechanicsModel::store_matrix(std::int32_t slot, const ElementMatrix& matrix) {
   double* out = own_matrices_.data() + kPacked * kLanes * (slot / kLanes) + slot % kLanes;
   for (int i = 0; i < 24; ++i)
     for (int j = i; j < 24; ++j, out += kLanes) *out = 0.5 * (matrix[24 * i + j] + matrix[24 * j + i]);
-  return {};
 }
 
 void MechanicsModel::remove_element(HexId id) {
@@ -290,9 +302,12 @@ ElementMatrix MechanicsModel::element_stiffness(HexId id) const {
     k = full_matrix_[e.material];
   } else {
     const std::int32_t slot = own_slot_[id.index()];
+    const bool pending = own_material_[slot].pending;
+    if (pending) k = pending_matrix(slot);
     const double* in = own_block(slot / kLanes) + slot % kLanes;
     for (int i = 0; i < 24; ++i)
-      for (int j = i; j < 24; ++j, in += kLanes) k[24 * i + j] = k[24 * j + i] = *in;
+      for (int j = i; j < 24; ++j, in += kLanes)
+        k[24 * i + j] = k[24 * j + i] = pending ? 0.5 * (k[24 * i + j] + k[24 * j + i]) : *in;
   }
   for (double& x : k) x *= e.young_scale;
   return k;
@@ -433,6 +448,12 @@ void MechanicsModel::refresh() {
   coarse_stale_ = node_matrix_stale_ = true;
   Structure& s = structure_;
   const std::size_t n = node_count();
+
+  for (std::size_t slot = 0; slot < own_element_.size(); ++slot) {
+    if (own_element_[slot] < 0 || !own_material_[slot].pending) continue;
+    own_material_[slot].pending = false;
+    store_matrix(static_cast<std::int32_t>(slot), pending_matrix(static_cast<std::int32_t>(slot)));
+  }
 
   s.shared.clear();
   for (const ElementMatrix& full : full_matrix_) s.shared.push_back(walsh_hadamard(full));

@@ -113,8 +113,8 @@ class MechanicsModel {
   /// The same with matrix (N/m, symmetric) and corner masses (kg, >= 0) given.
   Status set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                      const std::array<double, 8>& masses);
-  /// The same with material at material_points_27 (m^3 each) and corner masses (kg, >= 0). The matrix is worked out only if the
-  /// element's material is another than it was.
+  /// The same with material at material_points_27 (m^3 each) and corner masses (kg, >= 0). The matrix is worked out when it is asked for,
+  /// and only if the element's material is another than it was.
   Status set_element(HexId id, const MechanicsElement& element, const std::array<double, 27>& volumes,
                      const std::array<double, 8>& masses);
   void remove_element(HexId id);
@@ -212,6 +212,8 @@ class MechanicsModel {
   Status check_element(HexId id, const MechanicsElement& element) const;
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
   void count_uses(HexId id, std::int32_t by);
+  [[nodiscard]] ElementMatrix pending_matrix(std::int32_t slot) const;
+  void store_matrix(std::int32_t slot, const ElementMatrix& matrix);
   void release_own(HexId id);
   std::int32_t take_own(HexId id, std::int32_t cell);
   [[nodiscard]] std::int32_t next_own(HexId id, std::int32_t cell) const;
@@ -244,6 +246,7 @@ class MechanicsModel {
   struct OwnMaterial {
     std::array<double, 27> volumes;
     std::int32_t material = -1;  ///< -1: from something else
+    bool pending = false;        ///< it still is to be worked out
   };
   std::vector<OwnMaterial> own_material_;   // per slot
   std::vector<ElementMatrix> full_matrix_;  // per material

@@ -63,8 +63,8 @@ struct LatticeScratch::Work {
   std::vector<Result> results;
   std::vector<CellVolume> volumes;
   std::vector<double> box;
-  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached,
-      hex_stamp;  ///< per element: serial of the last visit
+  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached, hex_stamp,
+      node_stamp;  ///< per element: serial of the last visit
   std::vector<std::int32_t> triangle_slot, cell_slot;
   std::uint64_t serial = 0;
   std::vector<std::array<std::int32_t, 2>> queue;
@@ -1353,7 +1353,7 @@ class Adapter {
   void absorb() {
     if (s_.hex_stamp.size() < hex_.hex_count()) s_.hex_stamp.resize(hex_.hex_count());
     for (const HexId h : change_.dead_copies) set_absorber(h, {});
-    // Small copies of the touched cells and of one ring further, in order; a changed mind asks those after it again.
+    // Small copies of the touched cells and those of one ring further that hang or hung on them, in order; a changed mind asks those after it again.
     auto& queue = s_.small;
     queue.clear();
     const std::uint64_t queued = ++s_.serial;
@@ -1363,6 +1363,18 @@ class Adapter {
       s_.hex_stamp[h.index()] = queued;
       queue.push_back(h);
       std::push_heap(queue.begin(), queue.end(), later);
+    };
+    if (s_.node_stamp.size() < hex_.node_count()) s_.node_stamp.resize(hex_.node_count());
+    const std::uint64_t near = ++s_.serial;
+    const auto mark = [&](NodeId n) {
+      if (n.valid()) s_.node_stamp[n.index()] = near;
+    };
+    for (const auto& [corner, node] : s_.corner_nodes) mark(node);  // as they were
+    for (const CellId c : s_.touched)
+      for (HexId h = hex_.first_copy[c]; h.valid(); h = hex_.next_in_cell[h])
+        for (const NodeId n : hex_.nodes[h]) mark(n);
+    const auto is_near = [&](HexId h) {
+      return std::ranges::any_of(hex_.nodes[h], [&](NodeId n) { return s_.node_stamp[n.index()] == near; });
     };
     const std::uint64_t ring = ++s_.serial;
     for (const CellId c : s_.touched) {
@@ -1375,7 +1387,8 @@ class Adapter {
         const CellId n = hex_.cell_id(d);
         if (s_.cell_stamp[n.index()] == ring) continue;
         s_.cell_stamp[n.index()] = ring;
-        for (HexId h = hex_.first_copy[n]; h.valid(); h = hex_.next_in_cell[h]) push(h);
+        for (HexId h = hex_.first_copy[n]; h.valid(); h = hex_.next_in_cell[h])
+          if (is_near(h)) push(h);
       }
     }
     while (!queue.empty()) {

@@ -31,6 +31,8 @@ constexpr double kLeastRadius = 3;
 constexpr double kRetries[] = {0, 0.6, -0.6, 1.3, -1.3, 2.1};
 /// A triangle is well inside from this part of the outline's radius (2 x area / perimeter) on.
 constexpr double kWellInside = 0.3;
+/// Margins that a triangle's box lies beside that of the outline, so that the triangle is well outside: one, and rounding.
+constexpr double kFar = 1 + 1e-6;
 
 double double_area(const std::vector<Vec2>& p) {
   double sum = 0;
@@ -129,6 +131,29 @@ Inside find_inside(const CellComplex& body, const std::vector<Vec3>& position, c
   UnionFind reached(mesh.face_count());
   std::vector<std::uint8_t> is_reached(mesh.face_count(), 0);
   const double well_inside = std::min(margin, kWellInside * std::fabs(double_area(outline)) / perimeter(outline));
+  Vec2 low = outline[0], high = outline[0];
+  for (const Vec2 q : outline) {
+    low = {std::min(low.x, q.x), std::min(low.y, q.y)};
+    high = {std::max(high.x, q.x), std::max(high.y, q.y)};
+  }
+  const auto is_far = [&](const Vec3(&corner)[3]) {  // by boxes
+    const Vec2 a = chart(corner[0]), b = chart(corner[1]), c = chart(corner[2]);
+    const double far = kFar * margin;
+    return std::min({a.x, b.x, c.x}) > high.x + far || std::max({a.x, b.x, c.x}) < low.x - far ||
+           std::min({a.y, b.y, c.y}) > high.y + far || std::max({a.y, b.y, c.y}) < low.y - far;
+  };
+  // Triangles share corners and the middles of edges.
+  std::vector<double> at_vertex(mesh.vertex_count(), NAN), at_edge(mesh.half_edge_count(), NAN);
+  const auto depth_at_vertex = [&](H h, Vec3 x) {
+    double& d = at_vertex[mesh.origin[h].index()];
+    return std::isnan(d) ? d = depth_inside(outline, chart(x)) : d;
+  };
+  const auto depth_at_edge = [&](H h, Vec3 a, Vec3 b) {
+    const H t = mesh.twin[h];
+    double& d = at_edge[h.index()];
+    d = t.valid() ? at_edge[t.index()] : NAN;
+    return std::isnan(d) ? d = depth_inside(outline, chart(0.5 * (a + b))) : d;
+  };
   for (const F f : ids<F>(mesh.face_count())) {
     Vec3 corner[3];
     for (int i = 0; i < 3; ++i) corner[i] = position[mesh.origin[CollisionMesh::corner(f, i)].index()];
@@ -141,14 +166,19 @@ Inside find_inside(const CellComplex& body, const std::vector<Vec3>& position, c
     for (int i = 0; i < 3; ++i)
       if (const H t = mesh.twin[CollisionMesh::corner(f, i)]; t.valid() && is_reached[CollisionMesh::face(t).index()])
         reached.join(f.value, CollisionMesh::face(t).value);
+    if (is_far(corner)) {
+      far_out[f.index()] = outside[p] = 1;
+      continue;
+    }
     const double depth = depth_inside(outline, chart((1.0 / 3) * (corner[0] + corner[1] + corner[2])));
     double least = depth, most = depth;
-    for (int i = 0; i < 3; ++i)
-      for (const Vec3 x : {corner[i], 0.5 * (corner[i] + corner[(i + 1) % 3])}) {
-        const double d = depth_inside(outline, chart(x));
+    for (int i = 0; i < 3; ++i) {
+      const H h = CollisionMesh::corner(f, i);
+      for (const double d : {depth_at_vertex(h, corner[i]), depth_at_edge(h, corner[i], corner[(i + 1) % 3])}) {
         least = std::min(least, d);
         most = std::max(most, d);
       }
+    }
     if (least < -margin) far_out[f.index()] = outside[p] = 1;
     if (depth > well_inside || most > margin) deep_in[f.index()] = 1;
     if (depth > 0) result.is_inside[p] = 1;

@@ -63,8 +63,8 @@ struct LatticeScratch::Work {
   std::vector<Result> results;
   std::vector<CellVolume> volumes;
   std::vector<double> box;
-  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached,
-      hex_stamp;  ///< per element: serial of the last visit
+  std::vector<std::uint64_t> triangle_stamp, cell_stamp, cell_cached, hex_stamp,
+      node_stamp;  ///< per element: serial of the last visit
   std::vector<std::int32_t> triangle_slot, cell_slot;
   std::uint64_t serial = 0;
   std::vector<std::array<std::int32_t, 2>> queue;
@@ -77,7 +77,8 @@ struct LatticeScratch::Work {
   std::vector<Moments> run_moments;
   std::vector<std::int32_t> parent, wanted;
   struct Group {
-    std::int32_t root = 0, first = 0, count = 0;
+    std::int32_t first = 0, count = 0;
+    std::int32_t begin = 0;    ///< in `grouped`
     std::int32_t parts = 0;    ///< parts of split prisms
     std::int32_t newborn = 0;  ///< corners made by the cut, which are on its right
     double volume = 0;
@@ -105,6 +106,8 @@ struct LatticeScratch::Work {
     NodeId node;
   };
   std::vector<Group> groups;
+  std::vector<std::int32_t> group_of;  ///< per element of a cell
+  std::vector<std::int32_t> grouped;   ///< elements of a cell, group by group, ascending
   std::vector<std::pair<HexId, double>> heirs;
   std::vector<T> members, rewritten;
   std::vector<OnFace> on_face;
@@ -122,8 +125,10 @@ struct LatticeScratch::Work {
   std::vector<CollisionHalfEdge> virtual_edges;
   std::vector<TipId> tips_here;
   std::vector<SplitTriangle> split_triangles;
+  std::vector<std::int32_t> split_slot;  ///< per triangle: in `split_triangles`, if it is there
   std::vector<Element> split_elements;
-  std::vector<std::int32_t> glued;  ///< per element of a cell: union-find over joints and glue
+  std::vector<std::int32_t> glued;        ///< per element of a cell: union-find over joints and glue
+  std::vector<std::uint8_t> glued_holds;  ///< per root of those: is there material?
 };
 
 namespace {
@@ -199,6 +204,7 @@ class Adapter {
     };
     grow(s_.triangle_stamp, mesh_.face_count());
     grow(s_.triangle_slot, mesh_.face_count());
+    grow(s_.split_slot, mesh_.face_count());
     const std::size_t cells = hex_.cell_count();
     grow(s_.cell_stamp, cells);
     grow(s_.cell_cached, cells);
@@ -264,17 +270,52 @@ class Adapter {
     for (const CollisionVertex v : s_.vertices)
       if (update_tip(mesh_, hex_, v, [this](CellId c) { touch(c); })) change_.tips_changed = true;
 
-    // Prisms that a tip had split are measured whole again, and that touches their other cells.
-    for (std::size_t triangles = 0, cells = 0; triangles < s_.reshaped.size() || cells < s_.touched.size();) {
-      if (cells < s_.touched.size()) {
-        for (const T t : hex_.members_of(s_.touched[cells]))
-          for (const Piece& p : hex_.pieces_of(t))
-            if (p.cell == s_.touched[cells] && p.side != 0) reshape(t);
-        ++cells;
-      } else {
-        measure(s_.reshaped[triangles++]);
-      }
+    for (const T t : s_.reshaped) measure(t);
+    for (const CellId c : s_.touched)
+      for (const T t : hex_.members_of(c))
+        if (s_.triangle_stamp[t.index()] != reshaped_) make_whole(t, c);
+  }
+
+  /// A prism that a tip had split in a cell is one there again. Its other cells are not touched.
+  void make_whole(T t, CellId c) {
+    bool split = false;
+    for (const Piece& p : hex_.pieces_of(t)) {
+      if (p.cell != c || p.side == 0) continue;
+      split = true;
+      s_.old_pieces.push_back(old_piece(t, p, hex_.shape[t]));
     }
+    if (!split) return;
+    find_volumes(t);
+    for (const CellVolume& v : s_.volumes)
+      if (hex_.cell_id(v.cell) == c) s_.new_pieces.push_back({t, c, v.volume});
+    s_.rewritten.push_back(t);
+  }
+
+  [[nodiscard]] Work::OldPiece old_piece(T t, const Piece& p, const PrismShape& shape) const {
+    Work::OldPiece old{p.cell, t, p.copy, p.tip, p.side, {}, {}, mesh_.root[t], shape.planar};
+    if (p.side != 0) {
+      // The tip's plane as it was when the prism was split: kept in the piece's tip until the cell is analysed.
+      old.point = hex_.tips[p.tip].point;
+      old.normal = hex_.tips[p.tip].normal;
+    }
+    return old;
+  }
+
+  /// The cells that a triangle's prism lies in, with its volumes there.
+  void find_volumes(T t) {
+    const Prism prism_of_t = prism(t);
+    s_.volumes.clear();
+    const LatticeFrame& frame = hex_.frame_of(mesh_.root[t]);
+    prism_in_cells(prism_of_t, frame, s_.box, s_.volumes);
+    if (!s_.volumes.empty()) return;
+    // A knife edge or a sliver: a member all the same, of the cell at its middle.
+    Vec3 middle{};
+    for (std::size_t i = 0; i < 3; ++i) middle += (1.0 / 6) * (prism_of_t.minus[i] + prism_of_t.plus[i]);
+    LatticeIndex c;
+    for (int a = 0; a < 3; ++a)
+      c[at(a)] = std::clamp(static_cast<int>(std::floor(middle[a])), frame.first[at(a)],
+                            frame.first[at(a)] + frame.count[at(a)] - 1);
+    s_.volumes.push_back({c, 0});
   }
 
   /// Takes a triangle's pieces away and measures it anew.
@@ -282,27 +323,9 @@ class Adapter {
     PrismShape shape = hex_.shape[t];
     for (const Piece& p : hex_.pieces_of(t)) {
       touch(p.cell);
-      Work::OldPiece old{p.cell, t, p.copy, p.tip, p.side, {}, {}, mesh_.root[t], shape.planar};
-      if (p.side != 0) {
-        // The tip's plane as it was when the prism was split: kept in the piece's tip until the cell is analysed.
-        old.point = hex_.tips[p.tip].point;
-        old.normal = hex_.tips[p.tip].normal;
-      }
-      s_.old_pieces.push_back(old);
+      s_.old_pieces.push_back(old_piece(t, p, shape));
     }
-    const Prism prism_of_t = prism(t);
-    s_.volumes.clear();
-    const LatticeFrame& frame = hex_.frame_of(mesh_.root[t]);
-    prism_in_cells(prism_of_t, frame, s_.box, s_.volumes);
-    if (s_.volumes.empty()) {  // a knife edge or a sliver: a member all the same, of the cell at its middle
-      Vec3 middle{};
-      for (std::size_t i = 0; i < 3; ++i) middle += (1.0 / 6) * (prism_of_t.minus[i] + prism_of_t.plus[i]);
-      LatticeIndex c;
-      for (int a = 0; a < 3; ++a)
-        c[at(a)] = std::clamp(static_cast<int>(std::floor(middle[a])), frame.first[at(a)],
-                              frame.first[at(a)] + frame.count[at(a)] - 1);
-      s_.volumes.push_back({c, 0});
-    }
+    find_volumes(t);
     double sum = 0;
     for (const CellVolume& v : s_.volumes) {
       const CellId c = hex_.cell_id(v.cell);
@@ -312,7 +335,7 @@ class Adapter {
     }
     shape.hash = shape_hash(t);
     for (int i = 0; i < 3; ++i) shape.planar[at(i)] = mesh_.planar[CollisionMesh::corner(t, i)];
-    shape.scale = sum > 0 ? ruled_volume(prism_of_t) / sum : 1;
+    shape.scale = sum > 0 ? ruled_volume(prism(t)) / sum : 1;
     hex_.shape.set(t, shape);
   }
 
@@ -331,8 +354,9 @@ class Adapter {
       for (const T t : hex_.members_of(c)) {  // two ascending lists
         for (; next < s_.new_pieces.size() && s_.new_pieces[next].cell == c && s_.new_pieces[next].triangle < t; ++next)
           add_new(s_.new_pieces[next]);
-        if (s_.triangle_stamp[t.index()] == reshaped_) continue;
-        add_old(t, c);
+        if (next < s_.new_pieces.size() && s_.new_pieces[next].cell == c && s_.new_pieces[next].triangle == t)
+          add_new(s_.new_pieces[next++]);
+        else if (s_.triangle_stamp[t.index()] != reshaped_) add_old(t, c);
       }
       for (; next < s_.new_pieces.size() && s_.new_pieces[next].cell == c; ++next) add_new(s_.new_pieces[next]);
       entry.count = static_cast<std::int32_t>(s_.elements.size()) - entry.first;
@@ -466,12 +490,18 @@ class Adapter {
   /// that neither hang on to material of their side nor are glued at the tip. They stay with their other part.
   void rejoin_islands(const Work::CellElements& entry) {
     s_.glued.resize(at(entry.count));
-    for (std::int32_t i = 0; i < entry.count; ++i) s_.glued[at(i)] = find(entry.first + i) - entry.first;
+    s_.glued_holds.assign(at(entry.count), 0);
+    for (std::int32_t i = 0; i < entry.count; ++i) {
+      const Element& x = s_.elements[at(entry.first + i)];
+      s_.glued[at(i)] = find(entry.first + i) - entry.first;
+      if (x.side == 0 || x.volume > kOverlapVolume) s_.glued_holds[at(s_.glued[at(i)])] = 1;
+    }
     const auto glue = [&](std::int32_t a, std::int32_t b) {
       if (a < 0 || b < 0) return false;
       a = find_glued(a - entry.first), b = find_glued(b - entry.first);
       if (a == b) return false;
       s_.glued[at(std::max(a, b))] = std::min(a, b);
+      s_.glued_holds[at(std::min(a, b))] |= s_.glued_holds[at(std::max(a, b))];
       return true;
     };
     for (const TipId id : s_.tips_here) {
@@ -479,14 +509,7 @@ class Adapter {
       glue(element_beside(tip, tip.left, 1), element_beside(tip, tip.right, -1));
     }
     // Nothing is cut off where there is nothing: a prism that only touches this cell, on the far side of a slit in the face.
-    const auto holds_material = [&](std::int32_t e) {
-      const std::int32_t root = find_glued(e - entry.first);
-      for (std::int32_t i = 0; i < entry.count; ++i) {
-        const Element& x = s_.elements[at(entry.first + i)];
-        if ((x.side == 0 || x.volume > kOverlapVolume) && find_glued(i) == root) return true;
-      }
-      return false;
-    };
+    const auto holds_material = [&](std::int32_t e) { return s_.glued_holds[at(find_glued(e - entry.first))] != 0; };
     for (std::int32_t e = entry.first; e + 1 < entry.first + entry.count; ++e) {
       const Element &a = s_.elements[at(e)], &b = s_.elements[at(e + 1)];
       if (a.side == 0 || a.triangle != b.triangle || !holds_material(e) || !holds_material(e + 1)) continue;
@@ -546,6 +569,12 @@ class Adapter {
     return wall(h);
   }
 
+  /// How the prism of a triangle is split in the cell under analysis, or null.
+  [[nodiscard]] const SplitTriangle* split_of(T t) const {
+    const auto i = at(s_.split_slot[t.index()]);
+    return i < s_.split_triangles.size() && s_.split_triangles[i].triangle == t ? &s_.split_triangles[i] : nullptr;
+  }
+
   void split_at_tips(Work::CellElements& entry, LatticeIndex cell) {
     const CellId c = entry.cell;
     s_.tips_here.clear();
@@ -562,13 +591,11 @@ class Adapter {
       continue_tip(
           mesh_, hex_, record,
           [&](T t) {  // may the continuation enter this triangle?
-            if (element_of(t) < 0) return false;
-            for (const SplitTriangle& s : s_.split_triangles)
-              if (s.triangle == t) return false;
-            return true;
+            return element_of(t) >= 0 && split_of(t) == nullptr;
           },
           [&](CollisionHalfEdge h) { return wall_meets_cell(wall(h), cell); },
           [&](const SplitTriangle& split, const TipCrossing* exit) {
+            s_.split_slot[split.triangle.index()] = static_cast<std::int32_t>(s_.split_triangles.size());
             s_.split_triangles.push_back(split);
             s_.split_triangles.back().tip = tip;
             if (exit != nullptr) s_.crossings.push_back(*exit);
@@ -599,9 +626,7 @@ class Adapter {
       s_.elements.resize(at(entry.first));
     }
     for (const Element& whole : s_.split_elements) {
-      const SplitTriangle* split = nullptr;
-      for (const SplitTriangle& s : s_.split_triangles)
-        if (s.triangle == whole.triangle) split = &s;
+      const SplitTriangle* const split = split_of(whole.triangle);
       if (split == nullptr) {
         s_.elements.push_back(whole);
         continue;
@@ -634,18 +659,19 @@ class Adapter {
     const Work::CellElements entry = s_.cells[which];
     const CellId c = entry.cell;
     s_.groups.clear();
+    s_.group_of.assign(at(entry.count), -1);
     for (std::int32_t i = 0; i < entry.count; ++i) {
       const std::int32_t e = entry.first + i;
       Element& element = s_.elements[at(e)];
-      const std::int32_t root = find(e);
-      std::size_t g = 0;
-      while (g < s_.groups.size() && s_.groups[g].root != root) ++g;
-      if (g == s_.groups.size()) {
+      // A root comes before the others of its group.
+      const std::int32_t root = find(e) - entry.first;
+      if (s_.group_of[at(root)] < 0) {
+        s_.group_of[at(root)] = static_cast<std::int32_t>(s_.groups.size());
         s_.groups.push_back({});
-        s_.groups.back().root = root;
         s_.groups.back().first = e;
       }
-      Group& group = s_.groups[g];
+      s_.group_of[at(i)] = s_.group_of[at(root)];
+      Group& group = s_.groups[at(s_.group_of[at(i)])];
       ++group.count;
       group.volume += element.volume;
       if (!element.piece.valid()) group.same = false;
@@ -656,11 +682,12 @@ class Adapter {
         if (v.index() >= old_vertex_count_ && mesh_.ancestor[v] != v) ++group.newborn;
       }
     }
+    list_groups(entry);
     // Parts of split prisms that hold nothing only joined others; they are no copy of their own.
     s_.groups.erase(std::remove_if(s_.groups.begin(), s_.groups.end(),
                                    [](const Group& g) { return g.parts == g.count && g.volume <= kOverlapVolume; }),
                     s_.groups.end());
-    for (Group& g : s_.groups) find_parent(entry, g);
+    for (Group& g : s_.groups) find_parent(g);
 
     // Old copies go to the best of their heirs; the others are new.
     for (std::size_t g = 0; g < s_.groups.size(); ++g) {
@@ -696,26 +723,42 @@ class Adapter {
     for (Group& g : s_.groups) {
       if (!g.copy.valid()) g.copy = new_copy(c, g.parent);
       update_material(entry, g);
-      find_heirs(entry, g);
+      find_heirs(g);
       for (const auto& [from, volume] : s_.heirs) s_.sources.push_back({g.copy, from, volume});
     }
-    for (std::int32_t i = 0; i < entry.count; ++i) {
-      const std::int32_t e = entry.first + i, root = find(e);
-      Element& element = s_.elements[at(e)];
-      element.copy = {};
-      for (const Group& g : s_.groups)
-        if (g.root == root) element.copy = g.copy;
+    for (std::int32_t e = entry.first; e < entry.first + entry.count; ++e) s_.elements[at(e)].copy = {};
+    for (const Group& g : s_.groups)
+      for (const std::int32_t e : members(g)) s_.elements[at(e)].copy = g.copy;
+    for (std::int32_t e = entry.first; e < entry.first + entry.count; ++e) {
+      const Element& element = s_.elements[at(e)];
       if (!element.copy.valid()) continue;
       s_.results.push_back({element.triangle, c, e});
       if (element.copy != element.old_copy || !element.piece.valid()) change_.triangles.push_back(element.triangle);
     }
   }
 
+  /// Elements of the groups, by `group_of`.
+  void list_groups(const Work::CellElements& entry) {
+    std::int32_t begin = 0;
+    for (Group& g : s_.groups) {
+      g.begin = begin;
+      begin += g.count;
+      g.count = 0;
+    }
+    s_.grouped.resize(at(entry.count));
+    for (std::int32_t i = 0; i < entry.count; ++i) {
+      Group& g = s_.groups[at(s_.group_of[at(i)])];
+      s_.grouped[at(g.begin + g.count++)] = entry.first + i;
+    }
+  }
+  [[nodiscard]] std::span<const std::int32_t> members(const Group& g) const {
+    return std::span(s_.grouped).subspan(at(g.begin), at(g.count));
+  }
+
   /// The old copies that a group's material was in, with its volume.
-  void find_heirs(const Work::CellElements& entry, const Group& g) {
+  void find_heirs(const Group& g) {
     s_.heirs.clear();
-    for (std::int32_t e = g.first; e < entry.first + entry.count; ++e) {
-      if (find(e) != g.root) continue;
+    for (const std::int32_t e : members(g)) {
       const HexId old = s_.elements[at(e)].old_copy;
       if (!old.valid()) continue;
       auto it = std::find_if(s_.heirs.begin(), s_.heirs.end(), [&](const auto& h) { return h.first == old; });
@@ -724,8 +767,8 @@ class Adapter {
     }
   }
 
-  void find_parent(const Work::CellElements& entry, Group& g) {
-    find_heirs(entry, g);
+  void find_parent(Group& g) {
+    find_heirs(g);
     double most = -1;
     for (const auto& h : s_.heirs)
       if (h.second > most || (h.second == most && h.first < g.parent)) g.parent = h.first, most = h.second;
@@ -755,7 +798,7 @@ class Adapter {
     const HexId h = g.copy;
     const Element& first = s_.elements[at(g.first)];
     if (g.same && hex_.piece_count[h] == g.count && hex_.first_piece[h][0] == first.triangle.value &&
-        hex_.first_piece[h][1] == first.side && is_old(entry, g))
+        hex_.first_piece[h][1] == first.side && is_old(g))
       return;
     hex_.piece_count.set(h, g.count);
     hex_.first_piece.set(h, {first.triangle.value, first.side});
@@ -763,8 +806,8 @@ class Adapter {
     m.fill = g.volume;
     m.full = m.fill >= kFullFill;
     double scaled = 0;
-    for (std::int32_t e = g.first; e < entry.first + entry.count; ++e)
-      if (find(e) == g.root) scaled += hex_.shape[s_.elements[at(e)].triangle].scale * s_.elements[at(e)].volume;
+    for (const std::int32_t e : members(g))
+      scaled += hex_.shape[s_.elements[at(e)].triangle].scale * s_.elements[at(e)].volume;
     m.body = hex_.body_of(mesh_.root[first.triangle]);  // copies hold the material of one body
     const double body_scale = hex_.bodies[at(m.body)].scale;
     scaled *= body_scale;
@@ -776,8 +819,7 @@ class Adapter {
     } else {
       Moments sum{};
       const LatticeIndex cell = hex_.index_of(entry.cell);
-      for (std::int32_t e = g.first; e < entry.first + entry.count; ++e) {
-        if (find(e) != g.root) continue;
+      for (const std::int32_t e : members(g)) {
         const Moments& part = moments_of(s_.elements[at(e)], cell);
         const double scale = hex_.shape[s_.elements[at(e)].triangle].scale * body_scale;
         for (std::size_t i = 0; i < 27; ++i) sum[i] += scale * part[i];
@@ -791,10 +833,8 @@ class Adapter {
   }
 
   /// Are all of the group's pieces from the copy that it inherits?
-  bool is_old(const Work::CellElements& entry, const Group& g) {
-    for (std::int32_t e = g.first; e < entry.first + entry.count; ++e)
-      if (find(e) == g.root && s_.elements[at(e)].old_copy != g.copy) return false;
-    return true;
+  [[nodiscard]] bool is_old(const Group& g) const {
+    return std::ranges::all_of(members(g), [&](std::int32_t e) { return s_.elements[at(e)].old_copy == g.copy; });
   }
 
   const Moments& moments_of(Element& e, LatticeIndex cell) {
@@ -1313,7 +1353,7 @@ class Adapter {
   void absorb() {
     if (s_.hex_stamp.size() < hex_.hex_count()) s_.hex_stamp.resize(hex_.hex_count());
     for (const HexId h : change_.dead_copies) set_absorber(h, {});
-    // Small copies of the touched cells and of one ring further, in order; a changed mind asks those after it again.
+    // Small copies of the touched cells and those of one ring further that hang or hung on them, in order; a changed mind asks those after it again.
     auto& queue = s_.small;
     queue.clear();
     const std::uint64_t queued = ++s_.serial;
@@ -1323,6 +1363,18 @@ class Adapter {
       s_.hex_stamp[h.index()] = queued;
       queue.push_back(h);
       std::push_heap(queue.begin(), queue.end(), later);
+    };
+    if (s_.node_stamp.size() < hex_.node_count()) s_.node_stamp.resize(hex_.node_count());
+    const std::uint64_t near = ++s_.serial;
+    const auto mark = [&](NodeId n) {
+      if (n.valid()) s_.node_stamp[n.index()] = near;
+    };
+    for (const auto& [corner, node] : s_.corner_nodes) mark(node);  // as they were
+    for (const CellId c : s_.touched)
+      for (HexId h = hex_.first_copy[c]; h.valid(); h = hex_.next_in_cell[h])
+        for (const NodeId n : hex_.nodes[h]) mark(n);
+    const auto is_near = [&](HexId h) {
+      return std::ranges::any_of(hex_.nodes[h], [&](NodeId n) { return s_.node_stamp[n.index()] == near; });
     };
     const std::uint64_t ring = ++s_.serial;
     for (const CellId c : s_.touched) {
@@ -1335,7 +1387,8 @@ class Adapter {
         const CellId n = hex_.cell_id(d);
         if (s_.cell_stamp[n.index()] == ring) continue;
         s_.cell_stamp[n.index()] = ring;
-        for (HexId h = hex_.first_copy[n]; h.valid(); h = hex_.next_in_cell[h]) push(h);
+        for (HexId h = hex_.first_copy[n]; h.valid(); h = hex_.next_in_cell[h])
+          if (is_near(h)) push(h);
       }
     }
     while (!queue.empty()) {

@@ -232,6 +232,8 @@ class MomentSum {
   Lanes sum_[27] = {};
 };
 
+constexpr double kUpright = 1e-12;  // cells
+
 /// A prism that stands upright on a lattice plane with a flat top, as those of flat bodies in an aligned lattice: its moments
 /// are those of a polygon times those of an interval, at a fraction of the cost.
 struct UprightPrism {
@@ -239,7 +241,6 @@ struct UprightPrism {
   double low = 0, high = 0;
 };
 UprightPrism upright(const Prism& p) {
-  constexpr double kUpright = 1e-12;  // cells
   auto same = [](double a, double b) { return std::fabs(a - b) <= kUpright; };
   for (int axis = 2; axis >= 0; --axis) {
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -310,6 +311,15 @@ FlatPolygon cross_section(const Prism& p, const UprightPrism& up, LatticeIndex c
   polygon.clip(0, 1, 1);
   polygon.clip(0, -1, 1);
   return polygon;
+}
+
+/// Keeps what of it lies above the upright plane through a point.
+void clip_beside(FlatPolygon& polygon, const UprightPrism& up, LatticeIndex cell, Vec3 point, Vec3 normal) {
+  // height = normal . (x - point), x = cell + (local + 1) / 2
+  const int u = (up.axis + 1) % 3, v = (up.axis + 2) % 3;
+  polygon.clip(normal[u] / 2, normal[v] / 2,
+               normal[u] * (cell[static_cast<std::size_t>(u)] + 0.5 - point[u]) +
+                   normal[v] * (cell[static_cast<std::size_t>(v)] + 0.5 - point[v]));
 }
 
 void add_upright_moments(const FlatPolygon& polygon, const UprightPrism& up, LatticeIndex cell, Moments& moments) {
@@ -444,15 +454,10 @@ void add_prism_moments(const Prism& prism, LatticeIndex cell, Moments& moments) 
 
 void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, Moments& left,
                               Moments& right) {
-  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= 1e-12) {
-    // height = normal . (x - point), x = cell + (local + 1) / 2
-    const int u = (up.axis + 1) % 3, v = (up.axis + 2) % 3;
-    const double a = normal[u] / 2, b = normal[v] / 2;
-    const double c = normal[u] * (cell[static_cast<std::size_t>(u)] + 0.5 - point[u]) +
-                     normal[v] * (cell[static_cast<std::size_t>(v)] + 0.5 - point[v]);
+  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= kUpright) {
     FlatPolygon on_left = cross_section(prism, up, cell), on_right = on_left;
-    on_left.clip(a, b, c);
-    on_right.clip(-a, -b, -c);
+    clip_beside(on_left, up, cell, point, normal);
+    clip_beside(on_right, up, cell, point, -normal);
     add_upright_moments(on_left, up, cell, left);
     add_upright_moments(on_right, up, cell, right);
     return;
@@ -471,6 +476,15 @@ void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point,
 }
 
 bool prism_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, int side) {
+  const auto is_beside = [&](const Vec3& p) { return side * dot(normal, p - point) > 0; };
+  if (std::ranges::none_of(prism.minus, is_beside) && std::ranges::none_of(prism.plus, is_beside)) return false;
+  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= kUpright) {
+    FlatPolygon polygon = cross_section(prism, up, cell);
+    clip_beside(polygon, up, cell, point, side * normal);
+    Moments moments{};
+    add_upright_moments(polygon, up, cell, moments);
+    return moments[0] > kOverlapVolume;
+  }
   double volume = 0;
   slice_in_cell(prism, cell, [&](const Tetrahedron& t) {
     double d[4];

@@ -284,46 +284,83 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt
   }
 }
 
+namespace {
+
+// (dt^2 + dt b) R K R' p of a batch of full cells.
+inline void full_stiffness(const MechanicsModel& model, const StepWorkspace& w, const std::vector<Quad>& p,
+                           std::size_t b, Lanes (&u)[8][3]) {
+  const MechanicsModel::Structure& s = model.structure();
+  const Batch& batch = s.batches[b];
+  Lanes r[3][3];
+  load_rotation(w.scaled_rotation.data() + 9 * b, r);
+  gather(batch, p.data(), u);
+  const Lanes tension = load_lanes(w.tension[b].v);
+  const bool taut = any_of_lanes(tension);
+  Lanes linear[3][3], back[3][3];
+  walsh_hadamard_transform(u);
+  for (int m = 1; m < 8; ++m) rotate_back(r, u[m]);
+  for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
+  if (taut) {
+    for (int i = 0; i < 9; ++i) linear[i / 3][i % 3] = u[1 << i / 3][i % 3];
+    turn_back(tension, model.cells()[batch.cell].size, linear, back);
+  }
+  apply_blocks(s.shared[batch.material], u);
+  if (taut)
+    for (int i = 0; i < 9; ++i) u[1 << i / 3][i % 3] += back[i / 3][i % 3];
+  for (int m = 1; m < 8; ++m) rotate(r, u[m]);
+  for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
+  walsh_hadamard_transform(u);
+}
+
+}  // namespace
+
+void element_sum_pass(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p, std::size_t begin,
+                      std::size_t end) {
+  const MechanicsModel::Structure& s = model.structure();
+  Quad* const sums = w.product.data();
+  for (std::size_t b = begin; b < end; ++b) {
+    Lanes u[8][3];
+    full_stiffness(model, w, p, b, u);
+    Quad by_element[32];
+    scatter(by_element, u);
+    const auto& to = s.sum_of[b];
+    for (int lane = 0; lane < kLanes; ++lane)
+      for (int c = 0; c < 8; ++c) {
+        const std::int32_t sum = to[c][lane];
+        const Lanes f = load_lanes(by_element[8 * lane + c].v);
+        if (sum >= 0) store_lanes(sums[sum].v, load_lanes(sums[sum].v) + f);
+        else store_lanes(sums[~sum].v, all_lanes(0) + f);
+      }
+  }
+}
+
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p,
                             std::size_t begin, std::size_t end) {
   const MechanicsModel::Structure& s = model.structure();
   const std::span<const ElementCell> cells = model.cells();
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
-    Lanes r[3][3], u[8][3];
+    Lanes u[8][3];
+    if (batch.own < 0) {
+      full_stiffness(model, w, p, b, u);
+      scatter(w.slot.data() + 32 * b, u);
+      continue;
+    }
+    Lanes r[3][3], f[8][3];
     load_rotation(w.scaled_rotation.data() + 9 * b, r);
     gather(batch, p.data(), u);
     const Lanes tension = load_lanes(w.tension[b].v);
-    const bool taut = any_of_lanes(tension);
-    Lanes linear[3][3], back[3][3];
-    if (batch.own < 0) {
-      walsh_hadamard_transform(u);
-      for (int m = 1; m < 8; ++m) rotate_back(r, u[m]);
-      for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
-      if (taut) {
-        for (int i = 0; i < 9; ++i) linear[i / 3][i % 3] = u[1 << i / 3][i % 3];
-        turn_back(tension, cells[batch.cell].size, linear, back);
-      }
-      apply_blocks(s.shared[batch.material], u);
-      if (taut)
-        for (int i = 0; i < 9; ++i) u[1 << i / 3][i % 3] += back[i / 3][i % 3];
-      for (int m = 1; m < 8; ++m) rotate(r, u[m]);
-      for (int a = 0; a < 3; ++a) u[0][a] = all_lanes(0);
-      walsh_hadamard_transform(u);
-      scatter(w.slot.data() + 32 * b, u);
-    } else {
-      Lanes f[8][3];
-      for (int c = 0; c < 8; ++c) rotate_back(r, u[c]);
-      apply_own(model.own_block(batch.own), u, f);
-      if (taut) {
-        linear_modes(u, linear);
-        turn_back(tension, cells[batch.cell].size, linear, back);
-        for (int c = 0; c < 8; ++c)
-          for (int i = 0; i < 9; ++i) f[c][i % 3] += (c >> i / 3 & 1) != 0 ? -back[i / 3][i % 3] : back[i / 3][i % 3];
-      }
-      for (int c = 0; c < 8; ++c) rotate(r, f[c]);
-      scatter(w.slot.data() + 32 * b, f);
+    for (int c = 0; c < 8; ++c) rotate_back(r, u[c]);
+    apply_own(model.own_block(batch.own), u, f);
+    if (any_of_lanes(tension)) {
+      Lanes linear[3][3], back[3][3];
+      linear_modes(u, linear);
+      turn_back(tension, cells[batch.cell].size, linear, back);
+      for (int c = 0; c < 8; ++c)
+        for (int i = 0; i < 9; ++i) f[c][i % 3] += (c >> i / 3 & 1) != 0 ? -back[i / 3][i % 3] : back[i / 3][i % 3];
     }
+    for (int c = 0; c < 8; ++c) rotate(r, f[c]);
+    scatter(w.slot.data() + 32 * b, f);
   }
 }
 

@@ -35,6 +35,11 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, d
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& workspace,
                             const std::vector<StepWorkspace::Quad>& p, std::size_t begin, std::size_t end);
 
+/// The same for batches of full cells, into the model's sums (MechanicsModel::Structure::sum_of), which are in workspace.product. Whole chunks of
+/// sum_grain batches.
+void element_sum_pass(const MechanicsModel& model, StepWorkspace& workspace, const std::vector<StepWorkspace::Quad>& p,
+                      std::size_t begin, std::size_t end);
+
 /// 3 x 3 diagonal blocks of the scaled stiffness into diagonal_slot. Full cells write corners 0 to 3 only:
 /// corner 7 - c has the block of corner c.
 void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);

@@ -10,6 +10,9 @@ namespace {
 
 constexpr std::size_t kPacked = 300;  // upper triangle of 24 x 24
 constexpr double kAxesTolerance = 1e-9;
+/// Batches of full cells that add to sums of their own: a share of all, so that few nodes have several sums, and so many at least. Fixed, because it decides the
+/// order of sums.
+constexpr std::size_t kSumChunks = 24, kLeastSumGrain = 128;
 
 Status check_cell(const ElementCell& cell) {
   for (int a = 0; a < 3; ++a)
@@ -23,6 +26,10 @@ Status check_cell(const ElementCell& cell) {
   if (dot(cross(axes[0], axes[1]), axes[2]) < 0)
     return bad_input("lattice axes: they are left-handed; flip one of them");
   return {};
+}
+
+Status not_finite(HexId id) {
+  return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
 }
 
 }  // namespace
@@ -186,13 +193,17 @@ Status MechanicsModel::set_element(HexId id, const MechanicsElement& element, co
     take_own(id, cell_of(element.material));
     return {};
   }
-  const Material& material = materials_[element.material];
-  KERF_TRY(store_own(id, element,
-                     partly_filled_matrix(formulation_, material, cell(element.material).size, volumes,
-                                          full_matrix_[element.material]),
-                     masses));
-  own_material_[own_slot_[id.index()]] = {volumes, element.material};
+  for (double v : volumes)
+    if (!std::isfinite(v)) return not_finite(id);
+  store_element(id, element, masses);
+  own_material_[take_own(id, cell_of(element.material))] = {volumes, element.material, true};
   return {};
+}
+
+ElementMatrix MechanicsModel::pending_matrix(std::int32_t slot) const {
+  const OwnMaterial& own = own_material_[slot];
+  return partly_filled_matrix(formulation_, materials_[own.material], cell(own.material).size, own.volumes,
+                              full_matrix_[own.material]);
 }
 
 /// The slot that take_own() will give without a new block, or -1.
@@ -225,15 +236,19 @@ std::int32_t MechanicsModel::take_own(HexId id, std::int32_t cell) {
 Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                                  const std::array<double, 8>& masses) {
   for (double k : matrix)
-    if (!std::isfinite(k))
-      return bad_input(fmt::format("element {}: its stiffness is not finite; check its material points", id.value + 1));
+    if (!std::isfinite(k)) return not_finite(id);
   store_element(id, element, masses);
   const std::int32_t slot = take_own(id, cell_of(element.material));
   own_material_[slot].material = -1;
+  own_material_[slot].pending = false;
+  store_matrix(slot, matrix);
+  return {};
+}
+
+void MechanicsModel::store_matrix(std::int32_t slot, const ElementMatrix& matrix) {
   double* out = own_matrices_.data() + kPacked * kLanes * (slot / kLanes) + slot % kLanes;
   for (int i = 0; i < 24; ++i)
     for (int j = i; j < 24; ++j, out += kLanes) *out = 0.5 * (matrix[24 * i + j] + matrix[24 * j + i]);
-  return {};
 }
 
 void MechanicsModel::remove_element(HexId id) {
@@ -290,9 +305,12 @@ ElementMatrix MechanicsModel::element_stiffness(HexId id) const {
     k = full_matrix_[e.material];
   } else {
     const std::int32_t slot = own_slot_[id.index()];
+    const bool pending = own_material_[slot].pending;
+    if (pending) k = pending_matrix(slot);
     const double* in = own_block(slot / kLanes) + slot % kLanes;
     for (int i = 0; i < 24; ++i)
-      for (int j = i; j < 24; ++j, in += kLanes) k[24 * i + j] = k[24 * j + i] = *in;
+      for (int j = i; j < 24; ++j, in += kLanes)
+        k[24 * i + j] = k[24 * j + i] = pending ? 0.5 * (k[24 * i + j] + k[24 * j + i]) : *in;
   }
   for (double& x : k) x *= e.young_scale;
   return k;
@@ -427,12 +445,70 @@ Status MechanicsModel::validate() const {
   return {};
 }
 
+void MechanicsModel::refresh_sums() {
+  Structure& s = structure_;
+  const std::size_t n = node_count();
+  s.sum_grain = std::max(kLeastSumGrain, s.full_batches / kSumChunks);
+  s.sum_of.resize(s.full_batches);
+  s.summed.assign(n, 0);
+  s.sums = n;
+  // Per node: the chunk that touched it last and the sum that it has there.
+  std::vector<std::array<std::int32_t, 2>> last(n, {-1, -1});
+  std::vector<std::int32_t> node_of_more;  // per sum behind those of the nodes, -1: of idle lanes
+  const auto one_more = [&](std::int32_t node) {
+    node_of_more.push_back(node);
+    return static_cast<std::int32_t>(s.sums++);
+  };
+  for (std::size_t b = 0; b < s.full_batches; ++b) {
+    const auto chunk = static_cast<std::int32_t>(b / s.sum_grain);
+    for (int lane = 0; lane < kLanes; ++lane)
+      for (int c = 0; c < 8; ++c) {
+        std::int32_t& to = s.sum_of[b][c][lane];
+        if (s.batches[b].element[lane] < 0) {
+          to = ~one_more(-1);
+          continue;
+        }
+        const std::int32_t node = s.batches[b].node[c][lane];
+        auto& [in, sum] = last[static_cast<std::size_t>(node)];
+        if (in == chunk) {
+          to = sum;
+          continue;
+        }
+        sum = in < 0 ? node : one_more(node);
+        in = chunk;
+        s.summed[static_cast<std::size_t>(node)] = 1;
+        to = ~sum;
+      }
+  }
+  s.more_begin.assign(n + 1, 0);
+  const auto for_each_more = [&](auto&& f) {
+    for (std::size_t i = 0; i < node_of_more.size(); ++i)
+      if (node_of_more[i] >= 0) f(node_of_more[i], static_cast<std::int32_t>(n + i));
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k)
+        if (s.slots[k] >= static_cast<std::int32_t>(32 * s.full_batches))
+          f(static_cast<std::int32_t>(i), static_cast<std::int32_t>(s.sums) + s.slots[k]);
+  };
+  for_each_more([&](std::int32_t node, std::int32_t) { ++s.more_begin[node + 1]; });
+  for (std::size_t i = 0; i < n; ++i) s.more_begin[i + 1] += s.more_begin[i];
+  s.more.resize(static_cast<std::size_t>(s.more_begin[n]));
+  for_each_more([&](std::int32_t node, std::int32_t what) { s.more[s.more_begin[node]++] = what; });
+  for (std::size_t i = n; i > 0; --i) s.more_begin[i] = s.more_begin[i - 1];
+  if (n > 0) s.more_begin[0] = 0;
+}
+
 void MechanicsModel::refresh() {
   if (!stale_) return;
   stale_ = false;
   coarse_stale_ = node_matrix_stale_ = true;
   Structure& s = structure_;
   const std::size_t n = node_count();
+
+  for (std::size_t slot = 0; slot < own_element_.size(); ++slot) {
+    if (own_element_[slot] < 0 || !own_material_[slot].pending) continue;
+    own_material_[slot].pending = false;
+    store_matrix(static_cast<std::int32_t>(slot), pending_matrix(static_cast<std::int32_t>(slot)));
+  }
 
   s.shared.clear();
   for (const ElementMatrix& full : full_matrix_) s.shared.push_back(walsh_hadamard(full));
@@ -505,6 +581,8 @@ void MechanicsModel::refresh() {
   for_each_slot([&](std::int32_t node, std::int32_t slot) { s.slots[s.slot_begin[node]++] = slot; });
   for (std::size_t i = n; i > 0; --i) s.slot_begin[i] = s.slot_begin[i - 1];
   if (n > 0) s.slot_begin[0] = 0;
+
+  refresh_sums();
 
   s.mass.assign(n, 0);
   s.damping_mass.assign(n, 0);

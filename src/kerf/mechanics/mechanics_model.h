@@ -113,8 +113,8 @@ class MechanicsModel {
   /// The same with matrix (N/m, symmetric) and corner masses (kg, >= 0) given.
   Status set_element(HexId id, const MechanicsElement& element, const ElementMatrix& matrix,
                      const std::array<double, 8>& masses);
-  /// The same with material at material_points_27 (m^3 each) and corner masses (kg, >= 0). The matrix is worked out only if the
-  /// element's material is another than it was.
+  /// The same with material at material_points_27 (m^3 each) and corner masses (kg, >= 0). The matrix is worked out when it is asked for,
+  /// and only if the element's material is another than it was.
   Status set_element(HexId id, const MechanicsElement& element, const std::array<double, 27>& volumes,
                      const std::array<double, 8>& masses);
   void remove_element(HexId id);
@@ -181,6 +181,14 @@ class MechanicsModel {
     std::vector<std::int32_t> element_slot;  ///< per element: 8 (4 batch + lane), -1: no element
     /// Per node its slots: element_slot + corner, by element; then 8 slots per spring. The order of all sums.
     std::vector<std::int32_t> slot_begin, slots;
+    /// Full cells add to sums instead, chunk by chunk of `sum_grain` batches. A node's first chunk adds to the sum of the node's own number, any other chunk
+    /// to one more sum behind those of the nodes: so chunks need not wait for each other, and the order is fixed. Per batch [corner][lane]: a sum; s where
+    /// that is not the first to be added, ~s where it is.
+    std::vector<std::array<std::array<std::int32_t, kLanes>, 8>> sum_of;
+    std::size_t sum_grain = 1, sums = 0;
+    std::vector<std::uint8_t> summed;  ///< per node: is anything added to its own sum?
+    /// Per node: its other sums, then its slots that no full cell has, with `sums` added.
+    std::vector<std::int32_t> more_begin, more;
     std::vector<double> mass, damping_mass;   ///< per node: kg, kg/s (sum of a m)
     std::vector<double> free;                 ///< per node: 1 moves, 0 is held or unused
     std::vector<std::int32_t> springs;        ///< live springs
@@ -212,6 +220,9 @@ class MechanicsModel {
   Status check_element(HexId id, const MechanicsElement& element) const;
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
   void count_uses(HexId id, std::int32_t by);
+  void refresh_sums();
+  [[nodiscard]] ElementMatrix pending_matrix(std::int32_t slot) const;
+  void store_matrix(std::int32_t slot, const ElementMatrix& matrix);
   void release_own(HexId id);
   std::int32_t take_own(HexId id, std::int32_t cell);
   [[nodiscard]] std::int32_t next_own(HexId id, std::int32_t cell) const;
@@ -244,6 +255,7 @@ class MechanicsModel {
   struct OwnMaterial {
     std::array<double, 27> volumes;
     std::int32_t material = -1;  ///< -1: from something else
+    bool pending = false;        ///< it still is to be worked out
   };
   std::vector<OwnMaterial> own_material_;   // per slot
   std::vector<ElementMatrix> full_matrix_;  // per material

@@ -34,9 +34,10 @@ double sum_of(const Lanes& v) { return (v[0] + v[1]) + v[2]; }
 void resize(const MechanicsModel& model, StepWorkspace& w) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  for (std::vector<Quad>* v : {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search, &w.product,
+  for (std::vector<Quad>* v : {&w.position, &w.velocity, &w.right_side, &w.solution, &w.residual, &w.search,
                                &w.preconditioned, &w.start_solution, &w.start_residual})
     v->resize(n);
+  w.product.resize(s.sums);
   w.slot.resize(s.element_slots + 8 * s.springs.size());
   w.mass_diagonal.resize(n);
   w.diagonal.resize(2 * n);
@@ -79,6 +80,16 @@ void store_rotations(const MechanicsModel& model, const StepWorkspace& w, Mechan
 Lanes gathered(const Structure& s, const StepWorkspace& w, std::size_t node) {
   Lanes sum = all_lanes(0);
   for (std::int32_t i = s.slot_begin[node]; i < s.slot_begin[node + 1]; ++i) sum += load_lanes(w.slot[s.slots[i]].v);
+  return sum;
+}
+
+// The same of a product: from the sums of full cells, and the slots of all others.
+Lanes summed(const Structure& s, const StepWorkspace& w, std::size_t node) {
+  Lanes sum = s.summed[node] != 0 ? load_lanes(w.product[node].v) : all_lanes(0);
+  for (std::int32_t i = s.more_begin[node]; i < s.more_begin[node + 1]; ++i) {
+    const auto k = static_cast<std::size_t>(s.more[i]);
+    sum += load_lanes(k < s.sums ? w.product[k].v : w.slot[k - s.sums].v);
+  }
   return sum;
 }
 
@@ -212,15 +223,18 @@ double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector whic
     const double sum = multiply_by_nodes(model, w, parallel);
     return w.contact.set != nullptr ? sum + multiply_contacts(model, which, w) : sum;
   }
-  for_each_chunk(parallel, s.batches.size(), kBatchGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    element_stiffness_pass(model, w, p, begin, end);
-  });
+  for_each_chunk(parallel, s.full_batches, s.sum_grain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) { element_sum_pass(model, w, p, begin, end); });
+  for_each_chunk(parallel, s.batches.size() - s.full_batches, kBatchGrain,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   element_stiffness_pass(model, w, p, s.full_batches + begin, s.full_batches + end);
+                 });
   spring_stiffness_pass(model, w, p);
   for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     Lanes dot = all_lanes(0);
     for (std::size_t i = begin; i < end; ++i) {
       const Lanes x = load_lanes(p[i].v);
-      const Lanes y = w.mass_diagonal[i] * x + gathered(s, w, i);
+      const Lanes y = w.mass_diagonal[i] * x + summed(s, w, i);
       store_lanes(w.product[i].v, y);
       dot += x * y;
     }

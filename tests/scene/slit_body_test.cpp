@@ -97,5 +97,22 @@ TEST(SlitBody, AClosedBodyWithAHoleIsNoSheetWithoutAWord) {
   EXPECT_TRUE(sheet->notes.empty());
 }
 
+/// Bumps so steep that the sheet lies back on itself: 10 s, and vertices of a mesh that nobody has seen.
+TEST(SlitBody, FoldsOfASheetAreNamedWhereTheyAre) {
+  constexpr int kSide = 40;
+  TriangleMesh sheet;
+  for (int i = 0; i <= kSide; ++i)
+    for (int j = 0; j <= kSide; ++j) sheet.positions.push_back({0.001 * i, 0.001 * j, i == kSide / 2 ? 0.02 : 0});
+  for (int i = 0; i < kSide; ++i)
+    for (int j = 0; j < kSide; ++j) {
+      const int a = i * (kSide + 1) + j;
+      sheet.triangles.push_back({VertexId(a), VertexId(a + kSide + 1), VertexId(a + kSide + 2)});
+      sheet.triangles.push_back({VertexId(a), VertexId(a + kSide + 2), VertexId(a + 1)});
+    }
+  EXPECT_THAT(bound(sheet, 0.0005).error().message,
+              AllOf(HasSubstr("the sheet is folded back on itself, by 174 degrees at (0.02, "),
+                    HasSubstr("at 40 of its edges"), HasSubstr("134 degrees are the most")));
+}
+
 }  // namespace
 }  // namespace kerf::slit_body_test

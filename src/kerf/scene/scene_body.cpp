@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "kerf/base/shown_text.h"
@@ -11,8 +12,10 @@
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/midsurface/coarse_sheet.h"
+#include "kerf/midsurface/tolerances.h"
 #include "kerf/scene/automatic_body.h"
 #include "kerf/scene/scene_keys.h"
+#include "kerf/scene/sheet_folds.h"
 #include "kerf/scene/ways_out.h"
 
 namespace kerf {
@@ -126,6 +129,7 @@ Error about_made_mesh(Error error, const std::vector<CollisionVertex>& at_fault,
 /// An open sheet is its own collision mesh, or one with fewer triangles is made of it.
 Result<BoundBody> bind_sheet(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options) {
   const bool own = triangles == 0 && !is_too_fine(visual.triangles.size());
+  KERF_TRY(check_sheet_folds(visual, own ? 0 : std::max(triangles, static_cast<std::size_t>(mid::kMostByNeed))));
   if (own) return bind(visual, visual, options);
   KERF_TRY(check_wanted_triangles(triangles, visual));
   MidsurfaceOptions wanted;
@@ -139,6 +143,8 @@ Result<BoundBody> bind_sheet(const TriangleMesh& visual, std::size_t triangles, 
     binding.at_fault = &at_fault;
     Result<BoundBody> bound = bind(visual, *coarse, binding);
     if (bound.ok()) return bound;
+    // More triangles mend no fold of the sheet itself.
+    if (!at_fault.empty()) KERF_TRY(check_sheet_folds(visual, 0));
     if (i + 1 == kTriesOfSheet) return about_made_mesh(bound.error(), at_fault, *coarse);
     wanted.triangles = 2 * coarse->triangles.size();
   }

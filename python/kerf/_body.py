@@ -138,7 +138,9 @@ def _mesh(mesh, what):
         if blocks is not None:
             raise ValueError(f"this {kind} has volumes or cells of many kinds; give its surface: .extract_surface().triangulate()")
     if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
-        raise TypeError(f"this {kind} holds several meshes; give one of them, or all as one: .to_mesh()")
+        if len(mesh.geometry) == 1:  # of a .glb; placed by its node
+            return _mesh(mesh.to_mesh(), what)
+        raise TypeError(f"this {kind} holds {len(mesh.geometry)} meshes; give one of them, or all as one: .to_mesh()")
     if not what and hasattr(mesh, "__array__") or isinstance(mesh, (tuple, list)):
         raise TypeError(f"arrays come in twos: {what}vertices of shape (n, 3) and {what}triangles of shape (m, 3)")
     raise TypeError(f"a {what}mesh is {_MESHES}, not {kind}")

@@ -23,7 +23,8 @@ namespace {
 
 constexpr std::size_t kNamed = 3;                           // so many offenders are named in an error
 constexpr double kWeldsToTry[] = {1e-6, 1e-5, 1e-4, 1e-3};  // of the diagonal
-constexpr double kMostWeld = 0.01;                          // of the diagonal
+constexpr double kMostOfAnEdge = 0.25;  // of the mean edge: what may be between corners that are one
+constexpr double kMostWeld = 0.01;      // of the diagonal
 
 std::string prefix(const SurfaceRequirements& requirements) {
   return requirements.name.empty() ? std::string() : requirements.name + ": ";
@@ -951,8 +952,12 @@ static std::optional<double> weld_that_would_do(const TriangleMesh& mesh, const 
   SurfaceRequirements any = requirements;
   any.closedness = Closedness::kAny;
   any.single_body = false;
+  double length = 0;
+  for (const auto& t : mesh.triangles) length += norm(mesh.positions[t[1]] - mesh.positions[t[0]]);
+  const double longest = kMostOfAnEdge * length / static_cast<double>(mesh.triangles.size());
   std::optional<double> best;
   for (const double fraction : kWeldsToTry) {
+    if (fraction * box.diagonal() > longest) break;  // triangles would collapse
     const std::vector<std::int32_t> weld = weld_within(mesh, box, fraction * box.diagonal());
     SurfacePass pass(mesh, any, box, &weld);
     if (!pass.run() || pass.collapsed() > 0) continue;

@@ -42,6 +42,7 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
   body.options.collision_triangles = options.triangles;
   body.scale = options.scale;
   body.thickness = options.thickness;
+  body.weld = options.weld;
   body.exact_paths = options.exact_paths;
   std::vector<CommandFile> outputs{{"the body", options.out}};
   if (!options.write_collision.empty()) outputs.push_back({"the made collision mesh", options.write_collision});
@@ -93,9 +94,9 @@ std::string quality_table(const Midsurface& m) {
 }  // namespace
 
 int bind_meshes(const BindOptions& options) {
-  if (is_model(options) && (options.scale != 1 || !options.collision.empty()))
+  if (is_model(options) && (options.scale != 1 || !options.collision.empty() || options.weld))
     return report(bad_input(fmt::format(
-        "bind: {} is a model, in metres and with its own collision mesh; leave --scale and --collision out, or "
+        "bind: {} is a model, in metres and with its own collision mesh; leave --scale, --weld and --collision out, or "
         "give a mesh file",
         options.visual.string())));
   std::optional<Midsurface> made;

@@ -15,6 +15,7 @@ struct BindOptions {
   std::filesystem::path out;
   double scale = 1;                               ///< metres per unit of the files
   std::optional<double> thickness;                ///< metres, for an open visual mesh
+  std::optional<double> weld;                     ///< metres; corners this close are one; 0: none
   std::optional<double> young, poisson, density;  ///< Pa, 1, kg/m3: kept in the file for scenes
   bool exact_paths = false;
   bool quiet = false;

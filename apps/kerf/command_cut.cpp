@@ -33,6 +33,7 @@ SceneBody body_named(const CutOptions& options) {
   body.collision = options.collision.string();
   body.thickness = options.thickness;
   body.scale = options.scale;
+  body.weld = options.weld;
   return body;
 }
 

@@ -13,6 +13,7 @@ struct CutOptions {
   std::string body;                 ///< a file saved by kerf bind, a visual mesh, or the name of a model
   std::filesystem::path collision;  ///< with a visual mesh: its mid-surface
   std::optional<double> thickness;  ///< metres, for an open visual mesh
+  std::optional<double> weld;       ///< metres; corners this close are one; 0: none
   double scale = 1;                 ///< metres per unit of the mesh files
   bool through = false;             ///< every layer, not only the first that the blade meets
   Vec3 from, to;                    ///< metres, at rest: where the middle of the blade starts and ends

@@ -101,12 +101,18 @@ std::string kind_of_surface(const SurfaceMeasures& m) {
                      m.non_manifold_edges, m.unoriented_edges);
 }
 
-int show_mesh(const std::string& file) {
+int show_mesh(const InfoOptions& options) {
+  const std::string& file = options.file;
   Result<TriangleMesh> mesh = read_mesh(file);
   if (!mesh.ok()) return report(mesh.error());
+  if (options.scale != 1)
+    for (Vec3& p : mesh->positions) p = options.scale * p;
   MeshInfo info = mesh_info(*mesh);
+  // The judge of kerf bind; what only single bodies must not have is said below.
   SurfaceRequirements requirements;
+  requirements.bindable = true;
   requirements.single_body = false;
+  requirements.weld = options.weld;
   const Result<SurfaceReport> checked = check_surface(*mesh, requirements);
   const bool mended = checked.ok() && !checked->repairs.empty();
   if (mended) info = mesh_info(*mesh);
@@ -141,9 +147,9 @@ int show_mesh(const std::string& file) {
     out += fmt::format("unusable   {}\n", checked.error().message);
   } else {
     for (const std::string& warning : checked->warnings) out += fmt::format("warning    {}\n", warning);
-    if (checked->repairs.empty() && checked->warnings.empty()) out += "checks     nothing to mend\n";
-    out +=
-        "unchecked  whether the body is thin, whether it passes through itself, and single vertices far astray; kerf bind checks that\n";
+    if (!checked->several.empty()) out += fmt::format("unusable   {}\n", checked->several);
+    else if (checked->repairs.empty() && checked->warnings.empty()) out += "checks     nothing to mend\n";
+    out += "unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that\n";
   }
   put(stdout, out);
   return kSuccess;
@@ -201,7 +207,7 @@ int show_info(const InfoOptions& options) {
     return show_scene(*scene);
   }
   if (ending == ".kerf") return show_bound_body(options.file);
-  return show_mesh(options.file);
+  return show_mesh(options);
 }
 
 }  // namespace kerf::app

@@ -104,6 +104,14 @@ void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& mem
   command->callback([&options, &chosen] { chosen = [&options] { return run_scene(options); }; });
 }
 
+void add_weld(CLI::App& command, std::optional<double>& weld) {
+  command
+      .add_option(
+          "--weld", weld,
+          "Metres: corners this close become one; 0: none. Default: those at one place that the file does not keep apart")
+      ->check(CLI::NonNegativeNumber);
+}
+
 void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("bind", "Bind a visual mesh to a collision mesh and save the body");
   command
@@ -131,6 +139,7 @@ void add_bind(CLI::App& app, BindOptions& options, std::function<int()>& chosen)
       ->capture_default_str();
   command->add_option("--thickness", options.thickness, "Metres; needed by an open visual mesh")
       ->check(CLI::Validator(is_positive, "> 0"));
+  add_weld(*command, options.weld);
   command->add_option("--young", options.young,
                       "Young's modulus in Pa, kept in the file: scenes use it where they say none");
   command->add_option("--poisson", options.poisson, "Poisson's ratio, kept in the file");
@@ -181,6 +190,10 @@ void add_info(CLI::App& app, InfoOptions& options, std::function<int()>& chosen)
   CLI::App* command = app.add_subcommand("info", "Describe a mesh, a scene or a bound body");
   command->add_option("FILE", options.file,
                       "A mesh (OBJ, PLY, STL, OFF), a scene (TOML or a shipped name) or a body (.kerf)");
+  command->add_option("--scale", options.scale, "Metres per unit of a mesh, as for kerf bind")
+      ->check(CLI::Validator(is_positive, "> 0"))
+      ->capture_default_str();
+  add_weld(*command, options.weld);
   command->add_flag("--schema", options.schema,
                     "Everything a scene file can say: keys, types, units, ranges, defaults");
   command->add_flag("--markdown", options.markdown, "With --schema: as Markdown");
@@ -206,6 +219,7 @@ void add_cut(CLI::App& app, CutOptions& options, std::optional<MemoryLimit>& mem
   command->add_option("--scale", options.scale, "Metres per unit of the mesh files; --from and --to are metres")
       ->check(CLI::Validator(is_positive, "> 0"))
       ->capture_default_str();
+  add_weld(*command, options.weld);
   add_vec3(
       command, "--from", [&options](Vec3 v) { options.from = v; }, "Where the cut starts, metres")
       ->required();

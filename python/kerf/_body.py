@@ -20,7 +20,7 @@ _MESHES = "(vertices, triangles), a path of a mesh file, or a mesh of trimesh, p
 
 
 def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, collision: Any = None, scale: float = 1.0,
-         thickness: float | None = None, collision_triangles: int | None = None, exact_paths: bool = False, young: float | None = None,
+         thickness: float | None = None, weld: float | None = None, collision_triangles: int | None = None, exact_paths: bool = False, young: float | None = None,
          poisson: float | None = None, density: float | None = None) -> Body:
     """Makes a body that can be cut from the surface of a thin solid, or from an open sheet: what `kerf bind` does with files.
 
@@ -28,7 +28,8 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     one mesh: a path of a file (OBJ, PLY, STL, OFF), a trimesh.Trimesh, a triangulated pyvista.PolyData, a meshio.Mesh of triangles, or
     anything else with `vertices` and `faces` or `triangles`; or the name of a model (kerf.models()).
     collision: the mid-surface, an open surface, as one mesh or a pair (vertices, triangles). Without it one is made: body.diagnosis tells how.
-    scale: metres per unit of both. thickness: metres; an open sheet needs it. collision_triangles: wanted of the mesh that is made, 8 to
+    scale: metres per unit of both. thickness: metres; an open sheet needs it. weld: metres; corners this close become one, with 0 none; by
+    default those at one place that the mesh does not keep apart, as the lips of a slit. collision_triangles: wanted of the mesh that is made, 8 to
     100000, at most as many as the surface has, or 1500; by default 160, or what the bends need. A model has collision meshes of its own: then it
     is one of their counts, by default the model's, and kerf.Error names them. exact_paths: exact geodesics, slower and a
     little shorter.
@@ -41,6 +42,10 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     for name, value in (("thickness", thickness), ("young", young), ("density", density)):
         if value is not None:
             options[name] = _positive(value, name)
+    if weld is not None:
+        options["weld"] = _number(weld, "weld")
+        if not 0 <= options["weld"] < math.inf:
+            raise ValueError(f"weld must be finite and at least 0, not {weld}")
     if poisson is not None:
         options["poisson"] = _number(poisson, "poisson")
         if not 0 <= options["poisson"] <= 0.49:
@@ -48,6 +53,8 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     if collision_triangles is not None:
         options["collision_triangles"] = _count(collision_triangles, collision)
     if triangles is None and _is_model(vertices):
+        if weld is not None:
+            raise ValueError(f"{vertices} is a model, which has no loose corners; leave weld out, or give a mesh")
         if collision is not None or options["scale"] != 1:
             raise ValueError(f"{vertices} is a model, in metres and with its own collision mesh; leave scale and collision out, or give a mesh")
         visual, options["model"] = None, vertices
@@ -131,7 +138,9 @@ def _mesh(mesh, what):
         if blocks is not None:
             raise ValueError(f"this {kind} has volumes or cells of many kinds; give its surface: .extract_surface().triangulate()")
     if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
-        raise TypeError(f"this {kind} holds several meshes; give one of them, or all as one: .to_mesh()")
+        if len(mesh.geometry) == 1:  # of a .glb; placed by its node
+            return _mesh(mesh.to_mesh(), what)
+        raise TypeError(f"this {kind} holds {len(mesh.geometry)} meshes; give one of them, or all as one: .to_mesh()")
     if not what and hasattr(mesh, "__array__") or isinstance(mesh, (tuple, list)):
         raise TypeError(f"arrays come in twos: {what}vertices of shape (n, 3) and {what}triangles of shape (m, 3)")
     raise TypeError(f"a {what}mesh is {_MESHES}, not {kind}")

@@ -50,6 +50,7 @@ MemoryBody bind_body(nb::handle visual, nb::handle collision, const nb::dict& op
   request.body.options.collision_triangles = option<std::size_t>(options, "collision_triangles").value_or(0);
   request.body.scale = option<double>(options, "scale").value_or(1);
   request.body.thickness = option<double>(options, "thickness");
+  request.body.weld = option<double>(options, "weld");
   request.body.exact_paths = option<bool>(options, "exact_paths").value_or(false);
   request.nature.young = option<double>(options, "young");
   request.nature.poisson = option<double>(options, "poisson");

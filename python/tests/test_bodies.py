@@ -374,9 +374,9 @@ def test_trimesh(body):
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.Trimesh(*PLATE, process=False)
     same(kerf.bind(mesh), body)
-    scene = trimesh.Scene([mesh])
-    with pytest.raises(TypeError, match="to_mesh"):
-        kerf.bind(scene)
+    same(kerf.bind(trimesh.Scene([mesh])), body)  # as of a .glb
+    with pytest.raises(TypeError, match="holds 2 meshes.*to_mesh"):
+        kerf.bind(trimesh.Scene([mesh, mesh]))
     disc = trimesh.creation.cylinder(radius=0.05, height=0.008, sections=64)
     bound = kerf.bind(disc)
     assert trimesh.Trimesh(bound.vertices, bound.triangles, process=False).volume == pytest.approx(disc.volume, rel=1e-9)

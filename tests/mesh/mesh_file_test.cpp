@@ -238,7 +238,7 @@ TEST(MeshFile, BrokenFilesAreRefusedWithTheirPlace) {
       {"a.obj", three + "f 1 2 99999999999999999999\n", ":4:", "vertex number"},
       {"a.obj", three + "f 1 2 9999999999\n", ":4:", "vertex 9999999999"},
       {"a.obj", three + "\n\nf 1 2\n", ":6:", "at least three corners"},
-      {"a.obj", three + "f 1/1 2/1 3/1\n", ":4:", "texture coordinate 1, but the file has 0"},
+      {"a.obj", three + "vt 0 0\nf 1/1 2/2 3/1\n", ":5:", "texture coordinate 2, but the file has 1"},
       {"a.obj", three + "f 1x 2 3\n", ":4:", "corner 1 ends in 'x'"},
       {"a.obj", three + "f a b c\n", ":4:", "'a'"},
       {"a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n",
@@ -494,6 +494,29 @@ TEST(MeshFile, AllFormatsAgreeOnATetrahedron) {
       }
     }
   }
+}
+
+// ModelNet's header, faces that go over several lines (Geomview's), corners with texture numbers where there is no texture.
+TEST(MeshFile, WhatOthersWriteIsRead) {
+  const std::string vertices = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+  for (const std::string& text :
+       {"OFF4 2 0\n" + vertices + "3 0 1 2\n3 0 2 3\n", "OFF\n4 2 0\n" + vertices + "3 0\n1 2\n3\n0 2\n# c\n3\n",
+        "OFF\n4 2 0\n" + vertices + "3 0 1 2 255 0 0\n3 0 2 3 0.5 0.5 1\n"}) {
+    const auto off = parse_off(text, "x.off");
+    ASSERT_TRUE(off.ok()) << off.error().message;
+    EXPECT_EQ(off->positions.size(), 4u);
+    ASSERT_EQ(off->triangles.size(), 2u);
+    EXPECT_EQ(off->triangles.raw()[1], (std::array<VertexId, 3>{VertexId(0), VertexId(2), VertexId(3)}));
+  }
+  // The rest of a face is not the face that follows.
+  const auto wrong = parse_off("OFF\n4 2 0\n" + vertices + "4 0 1 2\n3 0 2 3\n", "x.off");
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_THAT(wrong.error().message, HasSubstr("x.off:7: face 1 has 4 corners, but its line has fewer"));
+
+  const auto obj = parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n", "x.obj");
+  ASSERT_TRUE(obj.ok()) << obj.error().message;
+  EXPECT_FALSE(obj->has_texture());
+  EXPECT_FALSE(parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/2 3/3\n", "x.obj").ok());
 }
 
 TEST(MeshFile, OffTextureStandsLast) {

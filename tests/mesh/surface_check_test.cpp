@@ -15,12 +15,14 @@
 #include "kerf/mesh/nested_boxes.h"
 #include "kerf/mesh/surface_measures.h"
 #include "kerf/mesh/surface_tolerances.h"
+#include "support/slit_plate.h"
 #include "support/source_dir.h"
 
 namespace kerf::surface_check_test {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -356,9 +358,10 @@ TEST(SurfaceCheck, WeldsWithinAToleranceWhenAsked) {
   for (Vec3& p : mesh.positions) {
     p += Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}.x * Vec3{1e-8, -1e-8, 1e-8};
   }
-  EXPECT_THAT(refused(mesh, closed()), AllOf(HasSubstr("the surface is open"), HasSubstr("weld tolerance")));
+  SurfaceRequirements exact = closed();
+  exact.weld_tolerance = 0;
+  EXPECT_THAT(refused(mesh, exact), AllOf(HasSubstr("the surface is open"), HasSubstr("weld tolerance")));
   SurfaceRequirements tolerant = closed();
-  tolerant.weld_tolerance = kerf::SurfaceRequirements{}.weld_tolerance + 1e-7;
   const SurfaceReport report = accepted(mesh, tolerant);
   EXPECT_EQ(mesh.positions.size(), 24u * 12u);
   EXPECT_EQ(report.measures.euler, 0);
@@ -378,6 +381,113 @@ TEST(SurfaceCheck, AClosedSurfaceWithCoincidingVerticesStaysApart) {
   EXPECT_EQ(mesh.positions.size(), 16u);
   EXPECT_THAT(report.warnings, ElementsAre("4 vertices lie at the same place as others and stayed apart"));
   EXPECT_THAT(refused(mesh), HasSubstr("2 separate bodies in one surface, of 12, 12 triangles"));
+}
+
+// Which vertices are one: the rule, by what it keeps and what it joins.
+
+TEST(SurfaceCheck, ASlitOfAClosedBodyStaysASlit) {
+  TriangleMesh plate = slit_plate(4);
+  const TriangleMesh before = plate;
+  SurfaceReport report = accepted(plate, closed());
+  EXPECT_EQ(plate.triangles, before.triangles);
+  EXPECT_THAT(report.repairs, IsEmpty());
+  EXPECT_THAT(report.warnings, ElementsAre("8 vertices lie at the same place as others and stayed apart"));
+  EXPECT_NEAR(report.measures.volume, 3.84e-5, 1e-15);
+  EXPECT_EQ(report.measures.euler, 2);
+
+  // Merged by place, as formats without indices are: what has material between it belongs together.
+  for (const bool inside_out : {false, true}) {
+    TriangleMesh loose = soup(slit_plate(4));
+    if (inside_out) invert(loose);
+    report = accepted(loose, closed());
+    EXPECT_THAT(report.repairs,
+                Contains("took 12 edges and 8 vertices apart where lips of a slit, or bodies, lie on each other"));
+    EXPECT_EQ(loose.positions.size(), before.positions.size());
+    EXPECT_NEAR(report.measures.volume, 3.84e-5, 1e-15);
+    EXPECT_EQ(report.measures.euler, 2);
+    EXPECT_EQ(report.bodies, 1u);
+  }
+  // Cut through.
+  EXPECT_THAT(refused(slit_plate(8)), HasSubstr("2 separate bodies in one surface, of 248, 248 triangles"));
+  EXPECT_THAT(refused(soup(slit_plate(8))), HasSubstr("2 separate bodies in one surface, of 248, 248 triangles"));
+}
+
+TEST(SurfaceCheck, ASheetKeepsItsCuts) {
+  TriangleMesh sheet = slit_sheet(4);
+  const TriangleMesh before = sheet;
+  EXPECT_THAT(accepted(sheet).warnings, ElementsAre("4 vertices lie at the same place as others and stayed apart"));
+  EXPECT_EQ(sheet.triangles, before.triangles);
+  const TriangleMesh in_two = slit_sheet(8);
+  EXPECT_THAT(
+      refused(in_two),
+      AllOf(
+          HasSubstr("2 separate bodies in one surface, of 96, 96 triangles"),
+          HasSubstr(
+              "9 vertices lie at the same place as others: if those are seams, a weld distance joins them (--weld 1.4e-08)")));
+  SurfaceRequirements joined;
+  joined.weld = 1.4e-8;
+  TriangleMesh mesh = in_two;
+  EXPECT_THAT(accepted(mesh, joined).repairs, ElementsAre("welded 9 vertices that lay at the same place as others"));
+  // Loose triangles keep nothing together, so a cut in them can't be told.
+  mesh = soup(in_two);
+  accepted(mesh);
+  EXPECT_EQ(mesh.positions.size(), 13u * 9u);
+}
+
+TEST(SurfaceCheck, ASeamOfTheTextureIsNoCut) {
+  for (const bool seam : {false, true}) {
+    TriangleMesh sheet = slit_sheet(8);
+    for (const auto& t : sheet.triangles) {
+      std::array<Vec2f, 3> uv;
+      const double middle = (sheet.positions[t[0]].x + sheet.positions[t[1]].x + sheet.positions[t[2]].x) / 3;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 p = sheet.positions[t[k]];
+        uv[k] = {static_cast<float>(p.x + (seam && middle > 0.06 ? 0.5 : 0)), static_cast<float>(p.y)};
+      }
+      sheet.texture.push_back(uv);
+    }
+    if (seam)
+      EXPECT_THAT(accepted(sheet).repairs, ElementsAre("welded 9 vertices that lay at the same place as others"));
+    else EXPECT_THAT(refused(sheet), HasSubstr("2 separate bodies"));
+  }
+}
+
+TEST(SurfaceCheck, TheDistanceToWeldIsSaid) {
+  Random random(7);
+  const TriangleMesh good = slit_plate(0);
+  TriangleMesh mesh = soup(good);
+  for (Vec3& p : mesh.positions) p += 1e-7 * Vec3{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+  EXPECT_THAT(
+      refused(mesh),
+      AllOf(
+          HasSubstr("separate bodies"),
+          HasSubstr(
+              "corners that should be one lie up to 1.4e-06 m apart; a weld distance of that joins them (--weld 1.4e-06)")));
+  SurfaceRequirements asked;
+  asked.weld = 1.4e-6;
+  EXPECT_TRUE(accepted(mesh, asked).measures.closed);
+  EXPECT_EQ(mesh.positions.size(), good.positions.size());
+  asked.weld = 0;  // none
+  EXPECT_THAT(refused(soup(good), asked), HasSubstr("separate bodies"));
+  for (const double wrong : {-1.0, 0.01, std::nan("")}) {
+    asked.weld = wrong;
+    EXPECT_THAT(refused(good, asked), HasSubstr("weld is"));
+  }
+}
+
+TEST(SurfaceCheck, BodiesThatTouchAlongAnEdgeAreTwo) {
+  TriangleMesh boxes = box_mesh();
+  append(boxes, box_mesh({1, 1, 0}, {2, 2, 1}));
+  EXPECT_THAT(refused(boxes), HasSubstr("2 separate bodies in one surface, of 12, 12 triangles"));
+  TriangleMesh shared = soup(boxes);
+  EXPECT_THAT(refused(shared), HasSubstr("2 separate bodies in one surface, of 12, 12 triangles"));
+  SurfaceRequirements any = closed();
+  any.single_body = false;
+  const SurfaceReport report = accepted(shared, any);
+  EXPECT_EQ(report.bodies, 2u);
+  EXPECT_EQ(report.several,
+            "2 separate bodies in one surface, of 12, 12 triangles; keep one, or give each a file of its own");
+  EXPECT_DOUBLE_EQ(report.measures.volume, 2);
 }
 
 TEST(SurfaceCheck, DropsDuplicatesCollapsedAndUnused) {

@@ -443,7 +443,7 @@ TEST(Scene, EveryKeyArrives) {
 
 // The text above must name every key that there is, or the test above checks less than it says.
 TEST(Scene, TheTestNamesEveryKey) {
-  const std::set<std::string> others{"visual", "collision", "bound", "mesh"};  // exclude model; tested below
+  const std::set<std::string> others{"visual", "collision", "bound", "mesh", "weld"};  // exclude model; tested below
   for (const SceneKeyDoc& k : scene_schema()) {
     if (others.count(k.key) > 0) continue;
     const std::regex assigned("(^|[\\n{, ])" + k.key + " = "), header("[\\[.]" + k.key + "\\]");
@@ -505,6 +505,7 @@ TEST(Scene, UnknownKeysNameTheClosestOne) {
 TEST(Scene, ModelsAreKnown) {
   EXPECT_THAT(error_of("[body]\nmodel = \"staek\"\n"),
               HasSubstr("scene.toml:2: model of [body] can't be \"staek\"; did you mean \"steak\"?"));
+  EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\nweld = 0\n"), HasSubstr("weld of [body] goes with visual"));
   EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\nscale = 2\n"),
               HasSubstr("scene.toml:3: scale of [body] goes with visual"));
 }
@@ -697,7 +698,7 @@ class SceneFolder : public ::testing::Test {
 
 TEST_F(SceneFolder, FilesAreRelativeToTheScene) {
   write("body.toml", "[body]\nvisual = \"meshes/skin.obj\"\ncollision = \"../" + folder_.filename().string() +
-                         "/meshes/middle.obj\"\nscale = 0.5\n[lattice]\ncell_size = [1, 2, 3]\n");
+                         "/meshes/middle.obj\"\nscale = 0.5\nweld = 0.001\n[lattice]\ncell_size = [1, 2, 3]\n");
   const Result<Scene> scene = read_scene(folder_ / "body.toml");
   ASSERT_TRUE(scene.ok()) << scene.error().message;
   EXPECT_EQ(scene->body.visual, (folder_ / "meshes/skin.obj").string());
@@ -705,6 +706,7 @@ TEST_F(SceneFolder, FilesAreRelativeToTheScene) {
   EXPECT_EQ(scene->lattice.cell_size, (Vec3{1, 2, 3}));
   EXPECT_EQ(scene->name, "body");
   EXPECT_EQ(scene->body.scale, 0.5);
+  EXPECT_EQ(scene->body.weld, 0.001);
 }
 
 TEST_F(SceneFolder, MissingFilesAreNamedWithThePlace) {

@@ -22,6 +22,7 @@
 #include "kerf/binding/tolerances.h"
 #include "kerf/binding/weld.h"
 #include "kerf/mesh/half_edge_build.h"
+#include "kerf/mesh/lips.h"
 
 namespace kerf {
 namespace {
@@ -133,6 +134,24 @@ double length_of_paths(const WalledSurface& w, const CollisionMesh& c, const Bou
   return length;
 }
 
+/// Draws the lips of a surface back; by how much, or empty.
+std::vector<Vec3> draw_back(WeldedSurface& surface) {
+  if (surface.apart == 0) return {};
+  std::vector<Vec3> back = draw_lips_back(as_mesh(surface));
+  for (std::size_t v = 0; v < back.size(); ++v) surface.positions[v] += back[v];
+  return back;
+}
+
+/// Puts the lips together again: what was found while they were apart holds for where they lie.
+void put_together(SplitSurface& s, CollisionMesh& c, const std::vector<Vec3>& collision_back) {
+  for (std::size_t v = 0; v < s.drawn_back.size(); ++v) s.walled.position[v] -= s.drawn_back[v];
+  s.drawn_back = {};
+  for (std::size_t v = 0; v < collision_back.size(); ++v) {
+    const CollisionVertex id(v);
+    c.rest.set(id, c.rest[id] - collision_back[v]);
+  }
+}
+
 /// Moves everything into the cell complex.
 void assemble(SplitSurface&& s, CollisionMesh&& collision, const BoundVertices& vertices, const PathNetwork& network,
               PatchMap&& patches, Parametrization&& parameters, bool closed, CellComplex& out) {
@@ -223,12 +242,14 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   const auto tell = [&](std::string_view stage) { return options.progress(stage, 0); };
 
   KERF_TRY(tell("prepare"));
-  auto welded = weld(visual_mesh, "visual mesh");
+  auto welded = weld(visual_mesh, "visual mesh", options.merge);
   if (!welded) return welded.error();
-  auto welded_collision = weld(collision_mesh, "collision mesh");
+  auto welded_collision = weld(collision_mesh, "collision mesh", options.merge);
   if (!welded_collision) return welded_collision.error();
   WeldedSurface& visual = *welded;
   WeldedSurface& collision = *welded_collision;
+  std::vector<Vec3> visual_back = draw_back(visual);
+  const std::vector<Vec3> collision_back = draw_back(collision);
   report.merged_vertices = static_cast<std::int64_t>(visual.merged);
   report.unused_vertices = static_cast<std::int64_t>(visual.unused);
   report.input_vertices = static_cast<std::int64_t>(visual.positions.size());
@@ -280,7 +301,10 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
     texture.reserve(3 * (visual.triangles.size() + room.triangles));
     for (const auto& uv : visual_mesh.texture) texture.insert(texture.end(), uv.begin(), uv.end());
   }
-  const auto corner = [&](std::size_t f, std::size_t k) { return visual.positions[at(visual.triangles[f][k])]; };
+  const auto corner = [&](std::size_t f, std::size_t k) {
+    const auto v = at(visual.triangles[f][k]);
+    return visual_back.empty() ? visual.positions[v] : visual.positions[v] - visual_back[v];
+  };
   const Measure before = measure(visual.triangles.size(), visual.positions[0], corner);
   report.area_before = before.area;
   if (closed) {
@@ -310,6 +334,7 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
 
   SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected),
                                       std::move(visual_normals), std::move(texture), room);
+  s.drawn_back = std::move(visual_back);
   const std::size_t most_faces = visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count();
   const double edge = mean_edge(c);
   const bool evened = even_flat_parts(s, {kLongSpoke * edge, kLongEdge * edge, most_faces});
@@ -376,6 +401,7 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   report.upright_patches = parameters->upright_patches;
   report.uniform_patches = parameters->uniform_patches;
   stand_up(s);
+  put_together(s, c, collision_back);
   report.seconds.parameters = watch.lap();
 
   KERF_TRY(tell("assemble"));

@@ -18,6 +18,8 @@ struct BindOptions {
   Progress progress = {};
   bool squash =
       true;  ///< false: paths and parameters of the surface as it stands, as the paper has them; walls near the rim are drawn beside the blade
+  bool merge =
+      true;  ///< false: vertices at one place are what check_surface left there, the lips of slits, and stay apart
   std::vector<CollisionVertex>* at_fault =
       nullptr;  ///< receives the collision vertices at what is refused, where it is one place
 };
@@ -67,7 +69,7 @@ struct BoundBody {
 };
 
 /// Binds `visual` to `collision`: bound vertices (4.1.1), paths (4.1.2), re-meshing that leaves the surface geometrically identical (4.1.3),
-/// parameters (4.1.4), verification that every patch is a disc. Paths and parameters of closed bodies are found on the surface squashed onto
+/// parameters (4.1.4), verification that every patch is a disc. Lips of slits are drawn back for all that (lips.h) and put together in the end. Paths and parameters of closed bodies are found on the surface squashed onto
 /// the collision mesh, whose border is led to the rim. Visual vertices keep their ids (after merging equal positions), new
 /// ones follow. Closed or open is derived from the visual mesh; the visual mesh itself may be the collision mesh.
 ///

@@ -104,6 +104,7 @@ std::int32_t split_edge(SplitSurface& s, std::int32_t h, double t) {
   const std::int32_t m = s.vertex_count();
   w.position.push_back(lerp(w.at(a), w.at(b), t));
   if (!s.upright.empty()) s.upright.push_back(lerp(s.upright[at(a)], s.upright[at(b)], t));
+  if (!s.drawn_back.empty()) s.drawn_back.push_back(lerp(s.drawn_back[at(a)], s.drawn_back[at(b)], t));
   s.normal.push_back(blended_normal(s.normal[at(a)], s.normal[at(b)], t));
   const std::uint8_t wall = w.wall[at(h)];
   w.wall_vertex.push_back(wall != 0 || g < 0);
@@ -218,6 +219,8 @@ std::int32_t split_face(SplitSurface& s, std::int32_t f, std::array<double, 3> w
   const std::int32_t m = s.vertex_count();
   // Relative to corner a: a far origin must not cost digits.
   w.position.push_back(w.at(a) + (weights[1] * (w.at(b) - w.at(a)) + weights[2] * (w.at(c) - w.at(a))));
+  if (const auto& back = s.drawn_back; !back.empty())
+    s.drawn_back.push_back(weights[0] * back[at(a)] + weights[1] * back[at(b)] + weights[2] * back[at(c)]);
   s.normal.push_back(
       to_float(normalized(weights[0] * to_double(s.normal[at(a)]) + weights[1] * to_double(s.normal[at(b)]) +
                           weights[2] * to_double(s.normal[at(c)]))));

@@ -18,6 +18,7 @@ struct SplitSurface {
   std::vector<Vec2f> texture;        ///< 3 |F| corners, or empty
   std::vector<Vec3f> normal;         ///< |V|, unit
   std::vector<Vec3> upright;         ///< |V|: real positions while `walled` has squashed ones; else empty
+  std::vector<Vec3> drawn_back;      ///< |V|: what was added to real positions so that lips lie apart; else empty
   std::vector<std::int32_t> parent;  ///< |F|: the face before any bound point was inserted that a face is part of
   std::vector<std::int32_t> input;   ///< of those faces: the face of the input; empty: the same
   std::vector<std::uint8_t> flat;    ///< of those faces: 1: of a flat part that was triangulated anew; empty: none

@@ -49,7 +49,7 @@ constexpr std::size_t kChunk = 1 << 16;  // vertices or triangles
 
 }  // namespace
 
-Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
+Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name, bool merge) {
   const std::size_t nv = mesh.positions.size();
   if (mesh.triangles.empty()) return bad_input(fmt::format("{}: it has no triangles", name));
   if (mesh.has_texture() && mesh.texture.size() != mesh.triangles.size())
@@ -104,8 +104,14 @@ Result<WeldedSurface> weld(const TriangleMesh& mesh, std::string_view name) {
       table[slot] = static_cast<std::int32_t>(out.positions.size());
       out.positions.push_back(p);
       out.original.push_back(static_cast<std::int32_t>(v));
-    } else {
+    } else if (merge) {
       ++out.merged;
+    } else {
+      ++out.apart;
+      rename[v] = static_cast<std::int32_t>(out.positions.size());
+      out.positions.push_back(p);
+      out.original.push_back(static_cast<std::int32_t>(v));
+      continue;
     }
     rename[v] = table[slot];
   }

@@ -241,7 +241,9 @@ class ObjReader {
                                    positions_.size()));
     }
     KERF_TRY(check_forward(forward_vertices_, positions_.size(), "vertex"));
-    KERF_TRY(check_forward(forward_texture_, texture_.size(), "texture coordinate"));
+    // Some exporters write v/vt where they have no texture: without any vt line there is none.
+    if (texture_.empty()) texture_corners_ = {};
+    else KERF_TRY(check_forward(forward_texture_, texture_.size(), "texture coordinate"));
     TriangleMesh mesh;
     mesh.positions.raw() = std::move(positions_);
     mesh.triangles.raw() = std::move(triangles_);

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/mesh_limits.h"
 #include "kerf/mesh/polygon_faces.h"
@@ -13,7 +15,11 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
     return bad_input(fmt::format("{}:{}: {}", name, scanner.line(), message));
   };
   scanner.skip_empty_lines('#');
-  const std::string header(scanner.word());
+  const std::string_view first = scanner.word();
+  // ModelNet's files have the first count right behind the word.
+  const std::size_t letters = std::min(first.find_first_of("0123456789"), first.size());
+  if (letters < first.size() && letters > 0) scanner.back_to(first, letters);
+  const std::string header(first.substr(0, letters));
   bool has_texture = false;
   std::string_view flags = header;
   if (flags.substr(0, 2) == "ST") {
@@ -26,7 +32,7 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
     return error(
         fmt::format("an OFF file begins with OFF (or COFF, NOFF, STOFF), but this one with {}; export it as "
                     "three-dimensional text OFF",
-                    TextScanner::shown(header)));
+                    TextScanner::shown(first)));
   }
   if (TextScanner ahead = scanner; ahead.word() == "BINARY")
     return error("binary OFF is not read; export it as text OFF or PLY");
@@ -109,8 +115,19 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
       return error(fmt::format("face {} must begin with its number of corners, at least 3; correct the line", f + 1));
     }
     face.clear();
+    // A face may go over several lines, which hold its corners and nothing else then.
+    const TextScanner begin = scanner;
+    bool goes_on = false;
     for (std::int64_t i = 0; i < corners; ++i) {
       std::int64_t index = 0;
+      if (scanner.at_line_end()) {
+        TextScanner ahead = scanner;
+        ahead.skip_empty_lines('#');
+        if (!ahead.at_end()) {
+          scanner = ahead;
+          goes_on = true;
+        }
+      }
       if (!scanner.integer_word(index)) {
         return error(fmt::format("face {} has {} corners, but {} stands where corner {} should; correct the line",
                                  f + 1, corners, scanner.word_ahead(), i + 1));
@@ -121,6 +138,12 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
                         index, vertex_count));
       }
       face.emplace_back(static_cast<std::int32_t>(index));
+    }
+    if (goes_on && !scanner.at_line_end()) {
+      scanner = begin;
+      return error(fmt::format(
+          "face {} has {} corners, but its line has fewer, and the next one is no rest of it; correct the line", f + 1,
+          corners));
     }
     if (mesh.triangles.size() + face.size() - 2 > kMaxTriangles) {
       return error("more triangles than 32-bit ids can name; split the mesh");

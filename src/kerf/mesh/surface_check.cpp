@@ -7,8 +7,10 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
+#include <tuple>
 
-#include "kerf/mesh/first_seen.h"
+#include "kerf/mesh/lips.h"
 #include "kerf/mesh/mesh_limits.h"
 #include "kerf/mesh/needles.h"
 #include "kerf/mesh/nested_boxes.h"
@@ -19,7 +21,10 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kNamed = 3;  // so many offenders are named in an error
+constexpr std::size_t kNamed = 3;                           // so many offenders are named in an error
+constexpr double kWeldsToTry[] = {1e-6, 1e-5, 1e-4, 1e-3};  // of the diagonal
+constexpr double kMostOfAnEdge = 0.25;  // of the mean edge: what may be between corners that are one
+constexpr double kMostWeld = 0.01;      // of the diagonal
 
 std::string prefix(const SurfaceRequirements& requirements) {
   return requirements.name.empty() ? std::string() : requirements.name + ": ";
@@ -82,21 +87,7 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::
   return box;
 }
 
-// For every vertex the one that it becomes, which is the first at its place.
-std::vector<std::int32_t> weld_exactly(const TriangleMesh& mesh) {
-  std::vector<std::int32_t> map(mesh.positions.size());
-  std::vector<std::int32_t> first;
-  FirstSeen<3> seen(mesh.positions.size());
-  for (std::size_t v = 0; v < map.size(); ++v) {
-    const Vec3 p = mesh.positions.raw()[v] + Vec3{};  // -0 becomes 0
-    const auto n = static_cast<std::size_t>(seen.number(
-        {std::bit_cast<std::uint64_t>(p.x), std::bit_cast<std::uint64_t>(p.y), std::bit_cast<std::uint64_t>(p.z)}));
-    if (n == first.size()) first.push_back(static_cast<std::int32_t>(v));
-    map[v] = first[n];
-  }
-  return map;
-}
-
+// For every vertex the one that it becomes: the first of those that are within the tolerance of each other.
 std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box, double tolerance) {
   // Cells of twice the tolerance: a vertex can only meet others in its own cell and in those that its half
   // touches.
@@ -117,7 +108,7 @@ std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box,
     entries[v].vertex = static_cast<std::int32_t>(v);
   }
   // Of vertices at the very same place the first stands for all: the corners of a soup of triangles around one place are many.
-  const std::vector<std::int32_t> first = weld_exactly(mesh);
+  const std::vector<std::int32_t> first = first_at_place(mesh.positions.raw());
   UnionFind places(entries.size());
   std::vector<Entry> sorted;
   for (const Entry& e : entries) {
@@ -210,6 +201,15 @@ class SurfacePass {
   }
 
   [[nodiscard]] bool closed() const { return closed_; }
+  [[nodiscard]] std::size_t welded() const { return welded_; }
+  /// Each triangle was there from both sides.
+  [[nodiscard]] bool doubled() const { return doubled_; }
+  [[nodiscard]] std::size_t bodies() const { return report_.bodies; }
+  [[nodiscard]] std::size_t collapsed() const { return collapsed_; }
+  /// Whether anything hangs together; unknown before the pass got so far.
+  [[nodiscard]] bool is_soup() const {
+    return parts_.empty() || static_cast<double>(triangles_.size()) < kSoup * static_cast<double>(parts_.size());
+  }
   [[nodiscard]] std::size_t border_edges() const {
     std::size_t n = 0;
     for (const Part& part : parts_) n += part.border_edges;
@@ -290,6 +290,7 @@ class SurfacePass {
     }
     if (count == 0) return;
     drop(gone);
+    collapsed_ = count;
     repair(fmt::format("dropped {} with corners at the same place", counted(count, "triangle", "triangles")));
   }
 
@@ -319,7 +320,12 @@ class SurfacePass {
       }
     });
     if (count > 0) {
-      if (2 * count != triangles_.size()) KERF_TRY(check_folds(gone));
+      doubled_ = 2 * count == triangles_.size();
+      if (!doubled_) {
+        // Walls of lips lie on each other back to back.
+        if (pair_by_material(nullptr)) return {};
+        KERF_TRY(check_folds(gone));
+      }
       drop(gone);
       uses_ = edge_uses(triangles_, positions_.size());
       const std::string what = counted(count, "duplicate triangle", "duplicate triangles");
@@ -431,6 +437,68 @@ class SurfacePass {
     return refuse(large_fan_text(vertex_text(fan.vertex.value), fan.triangles));
   }
 
+  // Around an edge the two triangles with material between them belong together: the wall of a lip and the side behind it, two faces of
+  // one body. False where they don't alternate: an edge with an odd number, a sheet on a sheet, a fin outside of a body.
+  bool pair_by_material(std::vector<std::int32_t>* across) const {
+    double volume = 0;
+    for (const auto& t : triangles_)
+      volume += dot(positions_[t[0].index()] - box_.center(),
+                    cross(positions_[t[1].index()] - box_.center(), positions_[t[2].index()] - box_.center()));
+    bool fits = true;
+    for_each_edge(uses_, [&](std::span<const EdgeUse> edge) {
+      if (edge.size() > 2 && fits) fits = pair_edge(edge, volume < 0, across);
+    });
+    return fits;
+  }
+
+  bool pair_edge(std::span<const EdgeUse> edge, bool inside_out, std::vector<std::int32_t>* across) const {
+    struct Around {
+      double angle;
+      bool opens;  // material begins here, seen counter-clockwise around the way from low to high
+      std::int32_t half_edge;
+    };
+    if (edge.size() % 2 != 0) return false;
+    const Vec3 low = positions_[static_cast<std::size_t>(edge[0].low)];
+    const Vec3 axis = normalized(positions_[static_cast<std::size_t>(edge[0].high)] - low);
+    std::vector<Around> around;
+    Vec3 x, y;
+    for (const EdgeUse& use : edge) {
+      const std::int32_t h = use.half_edge;
+      const VertexId apex = triangles_[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>((h % 3 + 2) % 3)];
+      const Vec3 to = positions_[apex.index()] - low;
+      const Vec3 out = to - dot(to, axis) * axis;
+      if (!(norm(out) > 0)) return false;
+      if (around.empty()) {
+        x = normalized(out);
+        y = cross(axis, x);
+      }
+      double angle = std::atan2(dot(out, y), dot(out, x));
+      if (angle < -0.5 * kSameAngle) angle += 2 * std::numbers::pi;
+      // The triangle (low, high, apex) has its front counter-clockwise of it, so material ends there.
+      around.push_back({angle, (from(h).value == use.low) == inside_out, h});
+    }
+    std::sort(around.begin(), around.end(), [](const Around& a, const Around& b) {
+      return a.angle != b.angle ? a.angle < b.angle : a.half_edge < b.half_edge;
+    });
+    // At one angle what ends goes before what begins: the lips of a slit.
+    for (std::size_t i = 0; i < around.size();) {
+      std::size_t j = i + 1;
+      while (j < around.size() && around[j].angle - around[i].angle < kSameAngle) ++j;
+      std::stable_partition(around.begin() + static_cast<std::ptrdiff_t>(i),
+                            around.begin() + static_cast<std::ptrdiff_t>(j), [](const Around& a) { return !a.opens; });
+      i = j;
+    }
+    for (std::size_t i = 0; i < around.size(); ++i)
+      if (around[i].opens == around[(i + 1) % around.size()].opens) return false;
+    if (across == nullptr) return true;
+    for (std::size_t i = around[0].opens ? 0 : 1; i < around.size(); i += 2) {
+      const std::int32_t h = around[i].half_edge, g = around[(i + 1) % around.size()].half_edge;
+      (*across)[static_cast<std::size_t>(h)] = g;
+      (*across)[static_cast<std::size_t>(g)] = h;
+    }
+    return true;
+  }
+
   Status connect() {
     across_.assign(3 * triangles_.size(), -1);
     std::size_t count = 0;
@@ -447,12 +515,13 @@ class SurfacePass {
         ++count;
       }
     });
-    if (count > 0) {
+    if (count > 0 && !pair_by_material(&across_)) {
       return refuse(
           fmt::format("the surface is not a manifold: {} more than two triangles: {}{}; separate or remove the "
                       "extra faces",
                       counted(count, "edge has", "edges have"), named, count > kNamed ? ", ..." : ""));
     }
+    parted_edges_ = count;
     uses_ = {};
     return {};
   }
@@ -566,7 +635,10 @@ class SurfacePass {
       for (const std::int32_t h : corners)
         triangles_[static_cast<std::size_t>(h / 3)][static_cast<std::size_t>(h % 3)] = copy;
     }
-    if (count > 0) {
+    if (parted_edges_ > 0) {
+      repair(fmt::format("took {} and {} apart where lips of a slit, or bodies, lie on each other",
+                         counted(parted_edges_, "edge", "edges"), counted(count, "vertex", "vertices")));
+    } else if (count > 0) {
       repair(fmt::format("split {} where parts of the surface touch in a single point",
                          counted(count, "vertex", "vertices")));
     }
@@ -715,9 +787,9 @@ class SurfacePass {
       if (wrong[static_cast<std::size_t>(part_[t])] != 0) turn(t);
     }
     if (outer > 0) {
-      repair(parts_.size() == 1
-                 ? std::string("turned the whole surface, which was inside out")
-                 : fmt::format("turned {} that was inside out", counted(outer, "closed part", "closed parts")));
+      repair(parts_.size() == 1 ? std::string("turned the whole surface, which was inside out")
+                                : fmt::format("turned {} inside out",
+                                              counted(outer, "closed part that was", "closed parts that were")));
     }
     if (cavities > 0) {
       repair(fmt::format("turned {} so that it faces the hollow",
@@ -736,14 +808,16 @@ class SurfacePass {
       }
     }
     report_.bodies = sizes.size();
-    if (!requirements_.single_body || sizes.size() == 1) return {};
+    if (sizes.size() == 1) return {};
     std::sort(sizes.begin(), sizes.end(), std::greater<>());
     std::string list;
     for (std::size_t i = 0; i < std::min<std::size_t>(sizes.size(), 5); ++i)
       list += fmt::format("{}{}", i == 0 ? "" : ", ", sizes[i]);
-    return refuse(
+    report_.several =
         fmt::format("{} separate bodies in one surface, of {}{} triangles; keep one, or give each a file of its own",
-                    sizes.size(), list, sizes.size() > 5 ? ", ..." : ""));
+                    sizes.size(), list, sizes.size() > 5 ? ", ..." : "");
+    if (requirements_.single_body) return refuse(report_.several);
+    return {};
   }
 
   const TriangleMesh& input_;
@@ -760,8 +834,8 @@ class SurfacePass {
   std::vector<std::int32_t> part_;
   std::vector<Part> parts_;
   std::vector<std::size_t> part_start_, part_triangles_;  // only where there are several parts
-  std::size_t welded_ = 0;
-  bool closed_ = false;
+  std::size_t welded_ = 0, collapsed_ = 0, parted_edges_ = 0;
+  bool closed_ = false, doubled_ = false;
   std::string done_so_far_;
   SurfaceReport report_;
 };
@@ -796,7 +870,7 @@ std::optional<ExtentFault> extent_fault(const Box3& box) {
 
 /// Before anything is welded: stray vertices are what sets the size of the surface then, and with it what lies at one place.
 static Status check_needles(const TriangleMesh& mesh, const std::string& who) {
-  const std::vector<VertexId> needles = find_needles(mesh, weld_exactly(mesh));
+  const std::vector<VertexId> needles = find_needles(mesh, first_at_place(mesh.positions.raw()));
   if (needles.empty()) return {};
   const VertexId v = needles.front();
   const std::string first = fmt::format("vertex {} at {}", v.value + 1, place(mesh.positions[v]));
@@ -806,6 +880,93 @@ static Status check_needles(const TriangleMesh& mesh, const std::string& who) {
   return bad_input(
       fmt::format("{}{} vertices stick out of the surface like needles, the first is {}; put them back, or remove them",
                   who, needles.size(), first));
+}
+
+/// Whether used vertices lie at the very same place.
+static bool has_lips(const TriangleMesh& mesh, const std::vector<char>& used) {
+  const std::vector<std::int32_t> first = first_at_place(mesh.positions.raw());
+  std::vector<char> taken(first.size(), 0);
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    if (used[v] == 0) continue;
+    char& there = taken[static_cast<std::size_t>(first[v])];
+    if (there != 0) return true;
+    there = 1;
+  }
+  return false;
+}
+
+static std::vector<std::int32_t> weld_of(UnionFind& same) {
+  std::vector<std::int32_t> map;
+  for (std::size_t v = 0; v < same.size(); ++v) map.push_back(same.root(static_cast<std::int32_t>(v)));
+  return map;
+}
+
+/// Of the vertices that `weld` merges those at a seam of the texture, where corners at one place have different texture coordinates on
+/// its two sides. Lips of a cut have the same.
+static std::vector<std::int32_t> weld_seams(const TriangleMesh& mesh, const std::vector<std::int32_t>& weld) {
+  UnionFind same(mesh.positions.size());
+  if (!mesh.has_texture()) return weld_of(same);
+  struct Corner {
+    std::int32_t place, vertex;
+    float u, v;
+  };
+  std::vector<std::int32_t> members(mesh.positions.size(), 0);
+  for (std::size_t v = 0; v < weld.size(); ++v) ++members[static_cast<std::size_t>(weld[v])];
+  std::vector<Corner> corners;
+  for (const TriangleId t : ids<TriangleId>(mesh.triangles.size()))
+    for (std::size_t k = 0; k < 3; ++k) {
+      const VertexId v = mesh.triangles[t][k];
+      if (members[static_cast<std::size_t>(weld[v.index()])] < 2) continue;
+      const Vec2f uv = mesh.texture[t][k];
+      corners.push_back({weld[v.index()], v.value, uv.x, uv.y});
+    }
+  const auto key = [](const Corner& c) { return std::tie(c.place, c.vertex, c.u, c.v); };
+  std::sort(corners.begin(), corners.end(), [&](const Corner& a, const Corner& b) { return key(a) < key(b); });
+  const auto shares = [&](std::span<const Corner> a, std::span<const Corner> b) {
+    for (const Corner& x : a)
+      for (const Corner& y : b)
+        if (x.u == y.u && x.v == y.v) return true;
+    return false;
+  };
+  std::vector<std::span<const Corner>> here;
+  for (std::size_t i = 0; i < corners.size();) {
+    here.clear();
+    std::size_t j = i;
+    while (j < corners.size() && corners[j].place == corners[i].place) {
+      std::size_t k = j;
+      while (k < corners.size() && corners[k].place == corners[i].place && corners[k].vertex == corners[j].vertex) ++k;
+      here.push_back(std::span<const Corner>(corners).subspan(j, k - j));
+      j = k;
+    }
+    for (std::size_t a = 0; a < here.size(); ++a)
+      for (std::size_t b = a + 1; b < here.size(); ++b)
+        if (!shares(here[a], here[b])) same.join(here[a][0].vertex, here[b][0].vertex);
+    i = j;
+  }
+  return weld_of(same);
+}
+
+/// Corners that miss each other by more than the tolerance are the most frequent fault of files in float32: the distance that would do, in metres.
+static std::optional<double> weld_that_would_do(const TriangleMesh& mesh, const SurfaceRequirements& requirements,
+                                                const Box3& box, bool closed, std::size_t bodies) {
+  SurfaceRequirements any = requirements;
+  any.closedness = Closedness::kAny;
+  any.single_body = false;
+  double length = 0;
+  for (const auto& t : mesh.triangles) length += norm(mesh.positions[t[1]] - mesh.positions[t[0]]);
+  const double longest = kMostOfAnEdge * length / static_cast<double>(mesh.triangles.size());
+  std::optional<double> best;
+  for (const double fraction : kWeldsToTry) {
+    if (fraction * box.diagonal() > longest) break;  // triangles would collapse
+    const std::vector<std::int32_t> weld = weld_within(mesh, box, fraction * box.diagonal());
+    SurfacePass pass(mesh, any, box, &weld);
+    if (!pass.run() || pass.collapsed() > 0) continue;
+    if (!(pass.closed() && !closed) && !(pass.closed() >= closed && pass.bodies() < bodies)) continue;
+    best = fraction * box.diagonal();
+    closed = pass.closed();
+    bodies = pass.bodies();
+  }
+  return best;
 }
 
 Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirements& requirements) {
@@ -818,6 +979,12 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   std::vector<std::string> warnings;
   const Result<Box3> box = check_scale(mesh, who, warnings);
   if (!box) return box.error();
+  if (requirements.weld && !(*requirements.weld >= 0 && *requirements.weld < kMostWeld * box->diagonal())) {
+    return bad_input(fmt::format(
+        "{}weld is {:g} m, but the surface is {:.3g} m across: vertices further apart than a hundredth of that are "
+        "no copies of each other; give a smaller distance, or 0 to merge none",
+        who, *requirements.weld, box->diagonal()));
+  }
 
   if (requirements.bindable) KERF_TRY(check_needles(mesh, who));
   const auto deliver = [&](SurfacePass& pass) {
@@ -825,9 +992,11 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
     report.warnings = warnings;
     return report;
   };
-  const bool tolerant = requirements.weld_tolerance > 0;
-  const std::vector<std::int32_t> weld =
-      tolerant ? weld_within(mesh, *box, requirements.weld_tolerance * box->diagonal()) : weld_exactly(mesh);
+  const bool asked = requirements.weld.has_value();
+  const double tolerance = asked ? *requirements.weld : requirements.weld_tolerance * box->diagonal();
+  std::vector<std::int32_t> weld;
+  if (tolerance > 0) weld = weld_within(mesh, *box, tolerance);
+  else if (!asked) weld = first_at_place(mesh.positions.raw());
   std::vector<char> used(mesh.positions.size(), 0);
   for (const auto& t : mesh.triangles) {
     for (const VertexId v : t) used[v.index()] = 1;
@@ -836,14 +1005,33 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   for (std::size_t v = 0; v < weld.size(); ++v) {
     coinciding += used[v] != 0 && weld[v] != static_cast<std::int32_t>(v) ? 1 : 0;
   }
-  if (coinciding == 0 || tolerant) {
-    SurfacePass pass(mesh, requirements, *box, coinciding == 0 ? nullptr : &weld);
-    KERF_TRY(pass.run());
+  const auto judged = [&](SurfacePass& pass, const Status& status) -> Result<SurfaceReport> {
+    const bool alone = pass.closed() || pass.bodies() == 0;
+    std::optional<double> distance;
+    if (!asked && (pass.bodies() > 1 || (pass.bodies() == 1 && !alone)))
+      distance = weld_that_would_do(mesh, requirements, *box, pass.closed(), pass.bodies());
+    const std::string way =
+        distance ? fmt::format(
+                       "corners that should be one lie up to {:.2g} m apart; a weld distance of that joins them "
+                       "(--weld {:.2g})",
+                       *distance, *distance)
+                 : std::string();
+    if (!status) {
+      Error error = status.error();
+      if (distance) error.message += "; " + way;
+      return error;
+    }
+    if (distance) warnings.push_back(who + way);
     return deliver(pass);
+  };
+  if (coinciding == 0 || asked) {
+    SurfacePass pass(mesh, requirements, *box, coinciding == 0 ? nullptr : &weld);
+    const Status status = pass.run();
+    return judged(pass, status);
   }
 
   // Some vertices coincide. A surface that is closed without welding has them apart on purpose, and one that
-  // welding breaks or joins nowhere along an edge too; else they are seams.
+  // welding breaks or joins nowhere along an edge too; one that welding closes has seams, and so has one of loose triangles.
   SurfacePass apart(mesh, requirements, *box, nullptr);
   const Status apart_status = apart.run();
   const auto keep_apart = [&] {
@@ -851,13 +1039,38 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
                                    counted(coinciding, "vertex lies", "vertices lie")));
     return deliver(apart);
   };
-  if (apart.closed()) {
+  const bool lips = has_lips(mesh, used);
+  if (apart.closed() && lips) {
     if (!apart_status) return apart_status.error();
     return keep_apart();
   }
   SurfacePass welded(mesh, requirements, *box, &weld);
   const Status welded_status = welded.run();
+  if (apart.closed()) {
+    // Nearly equal corners of slivers.
+    if (welded_status && welded.closed() && welded.bodies() == apart.bodies()) return deliver(welded);
+    if (!apart_status) return apart_status.error();
+    return keep_apart();
+  }
+  if (welded.closed() || welded.doubled() || apart.is_soup()) return judged(welded, welded_status);
   if (apart_status && (!welded_status || welded.border_edges() == apart.border_edges())) return keep_apart();
+  const std::vector<std::int32_t> seams = weld_seams(mesh, weld);
+  SurfacePass sewn(mesh, requirements, *box, &seams);
+  const Status sewn_status = sewn.run();
+  if (sewn_status) {
+    if (sewn.welded() == coinciding) return deliver(sewn);
+    warnings.push_back(fmt::format("{}{} at the same place as others and stayed apart", who,
+                                   counted(coinciding - sewn.welded(), "vertex lies", "vertices lie")));
+    return deliver(sewn);
+  }
+  if (sewn.bodies() > 1 && welded_status) {
+    Error error = sewn_status.error();
+    error.message += fmt::format(
+        "; {} at the same place as others: if those are seams, a weld distance joins them "
+        "(--weld {:.2g})",
+        counted(coinciding - sewn.welded(), "vertex lies", "vertices lie"), tolerance);
+    return error;
+  }
   if (welded_status) return deliver(welded);
   return welded_status.error();
 }

@@ -9,6 +9,18 @@ namespace kerf {
 /// with six digits round by up to 1e-6 of a coordinate; details of a body that is worth cutting are far
 /// larger.
 inline constexpr double kWeldTolerance = 1e-7;
+/// Fraction of the diagonal: lips of a slit are drawn back by this for binding (lips.h), and then put together again. Of a plate of 12 x 8
+/// cm whose slit gapes by 7e-6 paths are drawn beside by four edges, from 7e-5 on by as much as without a slit. At double, strips
+/// between two cuts of 0.4 % of the diagonal turn over.
+inline constexpr double kLipGap = 1e-3;
+/// What lies behind a lip goes with it by less: so much less for each unit of way. At 1 triangles could turn over; at half, twice as many
+/// vertices move.
+inline constexpr double kLipSlope = 0.25;
+/// Radians: triangles around an edge that make less are at one angle, as walls of the two lips are. In float32 files they are up to 1e-4 apart.
+inline constexpr double kSameAngle = 1e-3;
+/// Triangles that hang together on the mean, below which a file keeps nothing together: its corners are merged by place.
+inline constexpr double kSoup = 4;
+
 /// Height over longest edge: a flatter triangle has no area, since its normal would be rounding noise.
 inline constexpr double kFlatTriangle = 1e-12;
 /// Volume over area times diagonal: a closed surface below this is folded flat. Thickness over diagonal is

@@ -84,6 +84,8 @@ class TextScanner {
   void step() {
     if (at_ != end_) ++at_;
   }
+  /// Goes back to where a word of this text begins, plus so many characters of it; both on this line.
+  void back_to(std::string_view word, std::size_t characters) { at_ = word.data() + characters; }
   /// Reads a number that ends where a word ends. Not moved and false when there is none; nan and inf are
   /// numbers.
   bool number(double& value) {

@@ -27,6 +27,7 @@ class UnionFind {
     if (a > b) std::swap(a, b);
     parent_[static_cast<std::size_t>(b)] = a;
   }
+  [[nodiscard]] std::size_t size() const { return parent_.size(); }
   [[nodiscard]] bool is_root(std::size_t i) const { return parent_[i] == static_cast<std::int32_t>(i); }
 
  private:

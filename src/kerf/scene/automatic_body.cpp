@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "kerf/mesh/lips.h"
 #include "kerf/mesh/surface_measures.h"
 #include "kerf/midsurface/tolerances.h"
 #include "kerf/scene/ways_out.h"
@@ -112,13 +113,16 @@ std::string not_thin_message(const Midsurface& midsurface) {
 
 Result<AutomaticBody> make_automatic_body(const TriangleMesh& visual, std::size_t triangles,
                                           const BindOptions& options) {
+  // A slit is a border of the mid-surface; its lips are apart for that.
+  const TriangleMesh drawn_back = with_lips_drawn_back(visual);
   KERF_TRY(check_wanted_triangles(triangles, visual));
   AutomaticBody out;
+  out.slits = drawn_back.positions != visual.positions;
   MidsurfaceOptions wanted;
   wanted.triangles = triangles;
   wanted.progress = options.progress;
   std::vector<CollisionVertex> at_fault;
-  const auto prepared = prepare_midsurface(visual, options.progress);
+  const auto prepared = prepare_midsurface(drawn_back, options.progress);
   if (!prepared) return prepared.error();
   BindOptions binding = options;
   binding.at_fault = &at_fault;

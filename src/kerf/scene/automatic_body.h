@@ -11,6 +11,7 @@ namespace kerf {
 
 struct AutomaticBody {
   Midsurface midsurface;
+  bool slits = false;              ///< vertices lie at one place and are apart
   std::optional<BoundBody> bound;  ///< none if the body is not thin, or does not bind
   std::optional<Error>
       refused;  ///< why it does not bind, with the place, which is marked in the mid-surface's diagnosis

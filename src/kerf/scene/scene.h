@@ -67,6 +67,7 @@ struct SceneBody {
   std::shared_ptr<const SceneBodyLoaded> loaded;  ///< one that a program has: it is taken, and `bound` is its name
   double scale = 1;                               ///< metres per unit of the mesh files
   std::optional<double> thickness;                ///< metres; needed by an open visual sheet, ignored by a closed one
+  std::optional<double> weld;                     ///< metres; corners of the mesh files this close are one; 0: none
   bool exact_paths = false;                       ///< exact geodesic paths in the pre-processing
   int collision_triangles = 0;  ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
   Vec3 position, rotation;      ///< as in ScenePose; coordinates at rest are those after placing

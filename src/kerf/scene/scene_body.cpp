@@ -2,22 +2,30 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "kerf/base/shown_text.h"
+#include "kerf/mesh/lips.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/surface_check.h"
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
 #include "kerf/midsurface/coarse_sheet.h"
+#include "kerf/midsurface/tolerances.h"
 #include "kerf/scene/automatic_body.h"
 #include "kerf/scene/scene_keys.h"
+#include "kerf/scene/sheet_folds.h"
 #include "kerf/scene/ways_out.h"
 
 namespace kerf {
 namespace {
 
 constexpr int kTriesOfSheet = 3;  // each with twice the triangles of the last
+// Of the edges, on a border: a disc of 10,000 triangles has 2 %, a cloth with less has very many triangles.
+constexpr double kFewOpenEdges = 0.02;
+// Border edges squared over edges: a square of n x n has 5, a disc 8, a bag whose opening is as wide as it is deep 2.
+constexpr double kRoundBorder = 1;
 
 void add_notes(std::vector<std::string>& notes, const std::string& file, const std::vector<std::string>& sentences) {
   const std::string name = shown(file);
@@ -80,6 +88,16 @@ void note_unused_thickness(const SceneBody& body, const CellComplex& complex, co
         *body.thickness, body.model.empty() ? "surface" : "model"));
 }
 
+/// A closed body with a triangle missing is a sheet to those who look at its border alone.
+void note_few_holes(const TriangleMesh& visual, const std::string& name, std::vector<std::string>& notes) {
+  const SurfaceMeasures m = surface_measures(visual);
+  const auto open = static_cast<double>(m.border_edges), all = static_cast<double>(m.edges);
+  if (open > kFewOpenEdges * all || !(open * open < kRoundBorder * all)) return;
+  notes.push_back(fmt::format(
+      "{}: only {} of {} edges lie on a border, the first near {}: it is taken as a sheet. If it should be a closed body, {}",
+      name, m.border_edges, m.edges, first_border(visual), kCloseTheHoles.command_line));
+}
+
 /// Refuses a sheet that is thicker than its surface is across.
 Status check_thickness(const SceneBody& body, const TriangleMesh& visual, const std::string& name) {
   Box3 box;
@@ -96,18 +114,38 @@ std::size_t collision_triangles(const SceneBody& body) {
                                       : body.options.collision_triangles;
 }
 
+/// People have not seen the mesh that was made: they are told where in the sheet it does not bind.
+Error about_made_mesh(Error error, const std::vector<CollisionVertex>& at_fault, const TriangleMesh& made) {
+  std::string where;
+  if (!at_fault.empty()) {
+    const Vec3 p = made.positions[VertexId(at_fault.front().value)];
+    where = fmt::format(" near ({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
+  }
+  error.message = fmt::format("the collision mesh that was made of the sheet does not bind{} ({}); {}", where,
+                              error.message, kGiveCollisionMesh.command_line);
+  return error;
+}
+
 /// An open sheet is its own collision mesh, or one with fewer triangles is made of it.
 Result<BoundBody> bind_sheet(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options) {
-  if (triangles == 0 && !is_too_fine(visual.triangles.size())) return bind(visual, visual, options);
+  const bool own = triangles == 0 && !is_too_fine(visual.triangles.size());
+  KERF_TRY(check_sheet_folds(visual, own ? 0 : std::max(triangles, static_cast<std::size_t>(mid::kMostByNeed))));
+  if (own) return bind(visual, visual, options);
   KERF_TRY(check_wanted_triangles(triangles, visual));
   MidsurfaceOptions wanted;
   wanted.triangles = triangles;
   wanted.progress = options.progress;
   for (int i = 0;; ++i) {
-    Result<TriangleMesh> coarse = make_coarse_sheet(visual, options.thickness, wanted);
+    Result<TriangleMesh> coarse = make_coarse_sheet(with_lips_drawn_back(visual), options.thickness, wanted);
     if (!coarse.ok()) return coarse.error();
-    Result<BoundBody> bound = bind(visual, *coarse, options);
-    if (bound.ok() || i + 1 == kTriesOfSheet) return bound;
+    std::vector<CollisionVertex> at_fault;
+    BindOptions binding = options;
+    binding.at_fault = &at_fault;
+    Result<BoundBody> bound = bind(visual, *coarse, binding);
+    if (bound.ok()) return bound;
+    // More triangles mend no fold of the sheet itself.
+    if (!at_fault.empty()) KERF_TRY(check_sheet_folds(visual, 0));
+    if (i + 1 == kTriesOfSheet) return about_made_mesh(bound.error(), at_fault, *coarse);
     wanted.triangles = 2 * coarse->triangles.size();
   }
 }
@@ -120,6 +158,9 @@ Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& 
   std::optional<Error> refused = std::move(automatic->refused);
   if (!automatic->bound && !refused) refused = bad_input(not_thin_message(automatic->midsurface));
   if (made != nullptr) *made = std::move(automatic->midsurface);
+  if (refused && automatic->slits)
+    refused->message +=
+        "; the body has slits: one that Kerf cut has its collision mesh beside it (collision_rest.obj), for --collision";
   if (refused) return *refused;
   return std::move(*automatic->bound);
 }
@@ -146,6 +187,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   BindOptions options;
   options.exact = body.exact_paths;
   options.thickness = body.thickness.value_or(0);
+  options.merge = !body.model.empty();  // files were merged when they were judged
   options.progress = progress;
   std::string name;
   if (!body.model.empty()) {
@@ -161,9 +203,8 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     collision = std::move(model->collision);
     name = body.model;
   } else {
-    // Files that close only when nearly equal corners are one: the automatic mesh needs a closed surface.
     SurfaceRequirements wanted;
-    wanted.weld_tolerance = body.collision.empty() ? kWeldTolerance : 0;
+    wanted.weld = body.weld;
     Result<TriangleMesh> read =
         read_surface(body.visual, std::move(given.visual), body.scale, wanted, progress, out.notes);
     if (!read.ok()) return read.error();
@@ -186,13 +227,13 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
       }
       name = body.visual;
       KERF_TRY(check_thickness(body, visual, name));
+      note_few_holes(visual, name, out.notes);
       Result<BoundBody> bound = bind_sheet(visual, collision_triangles(body), options);
       if (!bound.ok()) return named(bound.error(), name);
       out.bound = std::move(*bound);
       add_notes(out.notes, name, out.bound.report.warnings);
       return out;
     } else {
-      wanted = {};
       wanted.closedness = Closedness::kOpen;
       read = read_surface(body.collision, std::move(given.collision), body.scale, wanted, progress, out.notes);
       if (!read.ok()) return read.error();

@@ -555,6 +555,9 @@ class SceneReader {
     if (table.contains("scale") && !visual) {
       problem(line_of(*table.get("scale")), "scale of [body] goes with visual: models and bound bodies are in metres");
     }
+    if (table.contains("weld") && !visual)
+      problem(line_of(*table.get("weld")),
+              "weld of [body] goes with visual: models and bound bodies have no loose corners");
     for (const std::string_view key : {"thickness", "exact_paths"})
       if (bound && table.contains(key))
         problem(line_of(*table.get(key)),

@@ -126,6 +126,9 @@ SceneKeys<SceneBody> scene_keys<SceneBody>() {
       {"thickness", member<&T::thickness>(), "m", kPositive, false,
        "Thickness of the solid. An open visual mesh needs it (models bring their own); with a closed one it is not used, and "
        "a note says so; a bound body has its own."},
+      {"weld", member<&T::weld>(), "m", kNotNegative, false,
+       "Corners of the files visual and collision that lie this close together become one; 0: none do. By default those at one place, where "
+       "the file does not keep them apart, as the lips of a slit."},
       {"exact_paths", member<&T::exact_paths>(), "", kAny, false,
        "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
        "nearly as short. Does not go with bound."},

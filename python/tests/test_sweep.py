@@ -476,3 +476,29 @@ def wait_for(what, seconds=180):
     while not what():
         assert time.monotonic() < end, "it did not come to that"
         time.sleep(0.05)
+
+
+# --- Those that ship ---
+
+SWEEPS = Path(__file__).parents[1] / "sweeps"
+
+
+def test_a_slit_makes_a_strip_more_compliant(tmp_path):
+    text = (SWEEPS / "strip_compliance.toml").read_text()
+    assert "slit = [0, 0.2, 0.3, 0.4, 0.5, 0.6]" in text
+    text = re.sub(r"slit = .*", "slit = [0, 0.5]", re.sub(r"young = .*", "young = [1e5]", text)).replace('"strip_compliance.py', f'"{SWEEPS}/strip_compliance.py')
+    (tmp_path / "sweep.toml").write_text(text)
+    assert main([str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--workers", "0"]) == 0
+    whole, slit = kerf.sweep.read(tmp_path / "out").to_pylist()
+    assert whole["relative"] == pytest.approx(1, rel=0.01) and whole["pieces"] == slit["pieces"] == 1
+    assert slit["relative"] / whole["relative"] - 1 == pytest.approx(slit["closed_form"] - 1, rel=0.15)
+
+
+def test_a_storm_of_cuts(tmp_path, capsys):
+    pytest.importorskip("shapely", minversion="2.1")
+    text = (SWEEPS / "cut_storm.toml").read_text()
+    text = re.sub(r"body = .*", 'body = ["washer"]', re.sub(r"way = .*", 'way = ["rest", "swing"]', text)).replace('"../tests', f'"{SWEEPS.parent}/tests')
+    (tmp_path / "storm.toml").write_text(text.replace('"cut_storm.py', f'"{SWEEPS}/cut_storm.py'))
+    assert main([str(tmp_path / "storm.toml"), "--out", str(tmp_path / "out"), "--workers", "0", "--seeds", "2"]) == 0
+    rows = kerf.sweep.read(tmp_path / "out").to_pylist()
+    assert len(rows) == 4 and not any(row["fails"] for row in rows) and all(row["pieces"] >= 1 for row in rows)

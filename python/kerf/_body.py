@@ -74,6 +74,11 @@ def load(path: str | os.PathLike[str]) -> Body:
     return _core.load_body(path_text(path))
 
 
+def unpickled(data: bytes, title: str) -> Body:
+    """What the pickle of a body becomes. kerf.Error: it is damaged."""
+    return _core.body_of_bytes(data, title)
+
+
 def path_text(path):
     """A path as the library can have it."""
     if not isinstance(path, (str, os.PathLike)):

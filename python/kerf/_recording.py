@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class Recording:
     """A recording (.kerfrec): its scene with what it needs of mesh files, every change by step, and hashes of the state.
 
-    Made by Recording.load(), and by Session.recording() of a session that records. It never changes; any threads may have it.
+    Made by Recording.load(), and by Session.recording() of a session that records. It never changes; any threads may have it. It can be pickled:
+    session.recording().session_at() in another process is the session there, to the bit, for the time that playing it takes.
     """
 
     _held: _core.HeldRecording
@@ -162,10 +163,20 @@ class Recording:
         return self._scene
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        raise TypeError("a recording can't be pickled; save() it")
+        return _unpickled, (self._held.text(), self._held.file, self._meshes)
+
+    def __copy__(self) -> Recording:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Recording:
+        return self
 
     def __repr__(self) -> str:
         return f"<kerf.Recording of {self.name!r}, {self.steps} steps>"
+
+
+def _unpickled(text: str, file: str, meshes: list[str]) -> Recording:
+    return Recording._of(_core.recording_of_text(text, file), meshes)
 
 
 class Playback(Iterator[Session]):

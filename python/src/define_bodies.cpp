@@ -64,7 +64,8 @@ void define_bodies(nb::module_& m) {
   nb::class_<MemoryBody>(
       m, "Body", R"(A body that is bound and can be cut: of kerf.bind() or kerf.load(), for kerf.Session and save().
 
-It never changes, and any number of sessions in any threads may have it. Lengths are metres. Arrays are read-only.)")
+It never changes, and any number of sessions in any threads may have it. Lengths are metres. Arrays are read-only.
+It can be pickled, for other processes, with all but its diagnosis and notes.)")
       .def("__init__", refuse_to_make<MemoryBody>("a body comes from kerf.bind() or kerf.load()"), kRefusesToMake)
       .def(
           "save",
@@ -77,10 +78,17 @@ It never changes, and any number of sessions in any threads may have it. Lengths
 An existing file is replaced, but none that the body was made from. kerf.Error: that, or it can't be written.)")
       .def(
           "__reduce_ex__",
-          [](const MemoryBody&, nb::handle) {
-            throw nb::type_error("a body can't be copied or pickled; it never changes, so hand it on, or save() it");
+          [](const MemoryBody& self, nb::handle) {
+            return nb::make_tuple(nb::module_::import_("kerf._body").attr("unpickled"),
+                                  nb::make_tuple(self.bytes(), self.title()));
           },
           "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"))
+      .def(
+          "__copy__", [](nb::handle_t<MemoryBody> self) { return nb::borrow(self); },
+          nb::sig("def __copy__(self) -> Body"), "Itself: it never changes.")
+      .def(
+          "__deepcopy__", [](nb::handle_t<MemoryBody> self, nb::handle) { return nb::borrow(self); }, "memo"_a,
+          nb::sig("def __deepcopy__(self, memo: typing.Any) -> Body"), "Itself: it never changes.")
       .def("_scene_text", &MemoryBody::scene_text, "name"_a)
       .def("__repr__",
            [](const MemoryBody& self) {
@@ -113,6 +121,7 @@ that was made, as arrays vertices and triangles, also where it does not bind; su
                    "Collision vertices of each triangle: (m, 3), int32.");
   m.def("bind_body", &bind_body, "visual"_a.none(), "collision"_a.none(), "options"_a, "judgement"_a);
   m.def("load_body", &MemoryBody::load, "file"_a);
+  m.def("body_of_bytes", &MemoryBody::of_bytes, "data"_a, "title"_a);
 }
 
 }  // namespace kerf::python

@@ -13,6 +13,7 @@ namespace kerf::python {
 void define_recordings(nb::module_& m) {
   nb::class_<HeldRecording>(m, "HeldRecording", "What a kerf.Recording holds.")
       .def("save", &HeldRecording::save, "file"_a)
+      .def("text", &HeldRecording::text)
       .def("changes", &HeldRecording::changes, nb::sig("def changes(self) -> list[dict[str, typing.Any]]"))
       .def("compare", &HeldRecording::compare, "other"_a,
            nb::sig("def compare(self, other: HeldRecording) -> dict[str, typing.Any]"))
@@ -23,6 +24,7 @@ void define_recordings(nb::module_& m) {
       .def_prop_ro("instructions", [](const HeldRecording& self) { return self.recording()->instructions; })
       .def_prop_ro("steps", [](const HeldRecording& self) { return self.recording()->last_step; });
   m.def("read_recording", &HeldRecording::load, "file"_a);
+  m.def("recording_of_text", &HeldRecording::of_text, "text"_a, "file"_a);
 }
 
 void define_plays(nb::module_& m) {

@@ -26,6 +26,24 @@ HeldRecording HeldRecording::load(const std::string& file) {
   return {std::move(*read), file};
 }
 
+HeldRecording HeldRecording::of_text(const std::string& text, std::string file) {
+  std::optional<Recording> read;
+  std::optional<Error> error;
+  {
+    const WithoutPythonLock release;
+    auto recording = parse_recording(text, file.empty() ? "a pickled recording" : file);
+    if (!recording) error = recording.error();
+    else read = std::move(*recording);
+  }
+  if (error) throw Failure(*error);
+  return {std::move(*read), std::move(file)};
+}
+
+std::string HeldRecording::text() const {
+  const WithoutPythonLock release;
+  return recording_text(*recording_);
+}
+
 void HeldRecording::save(const std::string& file) const {
   Status saved;
   {

@@ -21,7 +21,11 @@ class HeldRecording {
   HeldRecording(Recording recording, std::string file)
       : recording_(std::make_shared<const Recording>(std::move(recording))), file_(std::move(file)) {}
   static HeldRecording load(const std::string& file);
+  /// One whose text() this is; `file` is where it was loaded from, or empty.
+  static HeldRecording of_text(const std::string& text, std::string file);
   void save(const std::string& file) const;
+  /// What save() writes.
+  [[nodiscard]] std::string text() const;
 
   [[nodiscard]] const std::shared_ptr<const Recording>& recording() const { return recording_; }
   [[nodiscard]] const std::string& file() const { return file_; }

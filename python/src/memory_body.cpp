@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -172,6 +173,30 @@ MemoryBody MemoryBody::load(const std::string& file) {
   }
   if (error) throw Failure(*error);
   return out;
+}
+
+MemoryBody MemoryBody::of_bytes(nb::bytes bytes, std::string title) {
+  MemoryBody out;
+  out.title_ = std::move(title);
+  const std::string_view view(bytes.c_str(), bytes.size());  // the caller's, who waits
+  std::optional<Error> error;
+  {
+    const WithoutPythonLock release;
+    auto bound = parse_bound_body(view, "a pickled body", &out.nature_);
+    if (!bound) error = bound.error();
+    else out.loaded_ = std::make_shared<const SceneBodyLoaded>(with_nature(std::move(*bound), out.nature_));
+  }
+  if (error) throw Failure(*error);
+  return out;
+}
+
+nb::bytes MemoryBody::bytes() const {
+  std::string out;
+  {
+    const WithoutPythonLock release;
+    out = bound_body_bytes(loaded_->bound, nature_);
+  }
+  return nb::bytes(out.data(), out.size());
 }
 
 void MemoryBody::save(const std::string& file) const {

@@ -28,6 +28,12 @@ class MemoryBody {
   /// One that was saved.
   static MemoryBody load(const std::string& file);
 
+  /// One whose bytes() these are, with its title.
+  static MemoryBody of_bytes(nanobind::bytes bytes, std::string title);
+
+  /// What save() writes.
+  [[nodiscard]] nanobind::bytes bytes() const;
+  [[nodiscard]] const std::string& title() const { return title_; }
   /// Bad input: the file is one that it was made from.
   void save(const std::string& file) const;
   [[nodiscard]] const std::shared_ptr<const SceneBodyLoaded>& loaded() const { return loaded_; }

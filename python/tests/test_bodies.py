@@ -538,7 +538,38 @@ def test_none_of_the_packages_is_imported():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("copied", [pickle.dumps, copy.copy, copy.deepcopy])
-def test_bodies_are_not_copied(copied):
-    with pytest.raises(TypeError, match=r"save\(\) it"):
-        copied(kerf.bind("sheet"))
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_a_copy_of_a_body_is_that_body(copied):
+    body = kerf.bind("sheet")
+    assert copied(body) is body and copied([body])[0] is body
+
+
+@pytest.mark.parametrize("protocol", range(3, pickle.HIGHEST_PROTOCOL + 1))
+def test_a_pickled_body_is_the_same_to_the_bit(tmp_path, protocol):
+    body = kerf.bind("steak", young=12e3, density=1050)
+    data = pickle.dumps(body, protocol)
+    again = pickle.loads(data)
+    for name in ("vertices", "triangles", "collision_vertices", "collision_triangles"):
+        assert np.array_equal(getattr(again, name), getattr(body, name))
+    body.save(tmp_path / "a.kerf")
+    again.save(tmp_path / "b.kerf")
+    assert (tmp_path / "a.kerf").read_bytes() == (tmp_path / "b.kerf").read_bytes() and len(data) < 1.01 * (tmp_path / "a.kerf").stat().st_size
+    sessions = [kerf.Session(made) for made in (body, again)]
+    for session in sessions:
+        session.cut([[[0, -0.2, 0.1], [0, -0.2, -0.1]], [[0, 0, 0.1], [0, 0, -0.1]]])
+        session.step(20)
+    assert sessions[0].hash == sessions[1].hash and sessions[0].name == sessions[1].name
+
+
+def test_a_body_is_unpickled_in_another_process():
+    code = "import pickle, sys, kerf; print(kerf.Session(pickle.load(sys.stdin.buffer)).hash)"
+    body = kerf.bind("meniscus")
+    done = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(body), capture_output=True, check=True)
+    assert int(done.stdout) == kerf.Session(body).hash
+
+
+def test_a_damaged_pickle_of_a_body_is_refused():
+    make, (data, title) = kerf.bind("sheet").__reduce_ex__(4)
+    for wrong in (b"", b"KERFBODY", data[:-1], data[:1000] + bytes([data[1000] ^ 1]) + data[1001:]):
+        with pytest.raises(kerf.Error, match="a pickled body"):
+            make(wrong, title)

@@ -1,11 +1,13 @@
 """Recordings: judged by the program, which records runs and replays what sessions of this package recorded."""
 
+import copy
 import json
 import os
 import pickle
 import re
 import signal
 import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -221,9 +223,29 @@ def test_saved_again(run, tmp_path):
     assert os.listdir(tmp_path) == ["again.kerfrec"]
     with pytest.raises(kerf.Error, match="none"):
         recording.save(tmp_path / "none" / "x.kerfrec")
-    for made in (kerf.Recording, lambda: kerf.Playback(5, 1.0), lambda: pickle.dumps(recording), lambda: recording.compare(5)):
+    for made in (kerf.Recording, lambda: kerf.Playback(5, 1.0), lambda: recording.compare(5)):
         with pytest.raises(TypeError, match="(?i)recording"):
             made()
+
+
+def test_pickled(run):
+    recording = kerf.Recording.load(run / "cut.kerfrec")
+    again = pickle.loads(pickle.dumps(recording))
+    assert again.compare(recording)["same"] and again.file == recording.file and again.scene == recording.scene
+    assert again.session_at(1.0).hash == recording.session_at(1.0).hash
+    assert copy.copy(recording) is recording and copy.deepcopy(recording) is recording
+    make, (text, _, meshes) = recording.__reduce_ex__(4)
+    with pytest.raises(kerf.Error, match="a pickled recording"):
+        make(text[:-9], "", meshes)
+
+
+def test_a_session_goes_on_in_another_process():
+    session = kerf.Session("sheet", record=True)
+    session.cut([[[0, -0.6, 0.3], [0, -0.6, -0.3]], [[0, 0.1, 0.3], [0, 0.1, -0.3]]])
+    session.step(150)
+    code = "import pickle, sys; r = pickle.load(sys.stdin.buffer); print(r.session_at(r.duration).hash)"
+    done = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(session.recording()), capture_output=True, check=True)
+    assert int(done.stdout) == session.hash
 
 
 # --- Sessions that record ---

@@ -93,6 +93,21 @@ TEST_F(BoundBodyFile, TheSameMeshesGiveTheSameBytes) {
   }
 }
 
+TEST_F(BoundBodyFile, BytesInMemoryAreThoseOfTheFile) {
+  const BoundBody a = body("steak", 0.1);
+  BodyNature nature;
+  nature.density = 1050;
+  ASSERT_TRUE(save_bound_body(a, folder_ / "a.body", nature).ok());
+  const std::vector<char> file = read(folder_ / "a.body");
+  const std::string bytes = bound_body_bytes(a, nature);
+  EXPECT_EQ(bytes, std::string(file.begin(), file.end()));
+  BodyNature back;
+  const auto again = parse_bound_body(bytes, "memory", &back);
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(back.density, nature.density);
+  EXPECT_EQ(bound_body_bytes(*again, back), bytes);
+}
+
 TEST_F(BoundBodyFile, MaterialAndLatticeComeBack) {
   const BoundBody a = body("sheet", 0.1);
   BodyNature nature, back;

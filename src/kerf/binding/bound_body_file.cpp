@@ -52,11 +52,15 @@ void for_each_number(Report& r, std::uint32_t version, F&& f) {
   if (version >= kSquashedVersion) f(r.led_vertices), f(r.crossed_normals), f(r.upright_patches), f(r.upright);
 }
 
+/// Writes to a file, or to a text in memory.
 class Writer {
  public:
-  explicit Writer(ReplacingFile& file) : file_(file) {}
+  explicit Writer(ReplacingFile& file) : file_(&file) {}
+  explicit Writer(std::string& memory) : memory_(&memory) {}
   void bytes(const void* data, std::size_t n) {
-    if (n > 0) file_.write({static_cast<const char*>(data), n});
+    const std::string_view text(static_cast<const char*>(data), n);
+    if (n > 0 && file_) file_->write(text);
+    if (n > 0 && memory_) memory_->append(text);
     hash_.add_bytes(data, n);
   }
   template <class T>
@@ -72,7 +76,8 @@ class Writer {
   [[nodiscard]] std::uint64_t hash() const { return hash_.value(); }
 
  private:
-  ReplacingFile& file_;
+  ReplacingFile* file_ = nullptr;
+  std::string* memory_ = nullptr;
   Hash hash_;
 };
 
@@ -264,16 +269,25 @@ Status check_start(std::string_view first, const std::string& name) {
   return {};
 }
 
-}  // namespace
-
-Status save_bound_body(const BoundBody& body, const std::filesystem::path& file, const BodyNature& nature) {
-  ReplacingFile out(file.string());
-  Writer w(out);
+void write_all(Writer w, const BoundBody& body, const BodyNature& nature) {
   // Only reads: the arrays are visited through the one function that lists them.
   write_body(w, const_cast<BoundBody&>(body));
   write_nature(w, nature);
   w.value(w.hash());
+}
+
+}  // namespace
+
+Status save_bound_body(const BoundBody& body, const std::filesystem::path& file, const BodyNature& nature) {
+  ReplacingFile out(file.string());
+  write_all(Writer(out), body, nature);
   return out.commit();
+}
+
+std::string bound_body_bytes(const BoundBody& body, const BodyNature& nature) {
+  std::string out;
+  write_all(Writer(out), body, nature);
+  return out;
 }
 
 Result<BoundBody> load_bound_body(const std::filesystem::path& file, BodyNature* nature) {

@@ -29,6 +29,8 @@ struct BodyNature {
 
 /// Writes a freshly bound body (no cuts), without the times of its report. The file appears complete or not at all: it is written beside its place and renamed.
 Status save_bound_body(const BoundBody& body, const std::filesystem::path& file, const BodyNature& nature = {});
+/// The bytes of that file, for parse_bound_body.
+std::string bound_body_bytes(const BoundBody& body, const BodyNature& nature = {});
 
 /// Reads it back, to the bit; files of version 1 too, of which nothing else is known. Closed bodies of versions 1 and 2 keep the parameters of an unsquashed
 /// surface: a warning says so. The displacement is measured, not read. Bad input, naming the file: cannot be opened, not such a file, another version, truncated, damaged

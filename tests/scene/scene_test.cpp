@@ -40,8 +40,11 @@ exact_paths = true
 young = 4000
 poisson = 0.35
 density = 800
+prestretch = [1.1, 1.05, 1]
 [[body]]
-model = "steak"
+name = "upper"
+model = "closed-sheet"
+size = [0.3, 0.2, 0.01]
 position = [0, 0, 2]
 [material]
 young = 5000
@@ -279,7 +282,9 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.body.material.poisson, 0.35);
   EXPECT_EQ(s.body.material.density, 800);
   ASSERT_EQ(s.more_bodies.size(), 1u);
-  EXPECT_EQ(s.more_bodies[0].model, "steak");
+  EXPECT_EQ(s.more_bodies[0].model, "closed-sheet");
+  EXPECT_EQ(s.body.material.prestretch, (Vec3{1.1, 1.05, 1}));
+  EXPECT_EQ(s.more_bodies[0].size, (Vec3{0.3, 0.2, 0.01}));
   EXPECT_EQ(s.more_bodies[0].position, (Vec3{0, 0, 2}));
   EXPECT_FALSE(s.more_bodies[0].material.young.has_value());
   EXPECT_EQ(s.body.options.visual_triangles, 6656u);

@@ -49,9 +49,10 @@ struct ScenePose {
 
 /// What one body is made of where it differs from [material].
 struct SceneBodyMaterial {
-  std::optional<double> young;    ///< pascals
-  std::optional<double> poisson;  ///< 1
-  std::optional<double> density;  ///< kg/m3
+  std::optional<double> young;     ///< pascals
+  std::optional<double> poisson;   ///< 1
+  std::optional<double> density;   ///< kg/m3
+  std::optional<Vec3> prestretch;  ///< 1: along the axes of the body's cells, lengths at rest over natural ones
 };
 
 struct SceneBodyLoaded;  // scene_body.h
@@ -69,6 +70,7 @@ struct SceneBody {
   std::optional<double> thickness;                ///< metres; needed by an open visual sheet, ignored by a closed one
   bool exact_paths = false;                       ///< exact geodesic paths in the pre-processing
   int collision_triangles = 0;  ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
+  std::optional<Vec3> size;     ///< metres along the axes: a model "closed-sheet" of this size instead of its own
   Vec3 position, rotation;      ///< as in ScenePose; coordinates at rest are those after placing
   SceneBodyMaterial material;   ///< of this body
   int line = 0;                 ///< in the scene file: of the model's options, or else of model, visual or bound

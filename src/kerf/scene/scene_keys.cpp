@@ -129,6 +129,8 @@ SceneKeys<SceneBody> scene_keys<SceneBody>() {
       {"exact_paths", member<&T::exact_paths>(), "", kAny, false,
        "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
        "nearly as short. Does not go with bound."},
+      {"size", member<&T::size>(), "m", kPositive, false,
+       "Of model closed-sheet: along the three axes, instead of its own. Its cells become about square."},
       {"position", member<&T::position>(), "m", kPlace, false,
        "Where the origin of the body's own coordinates goes; all other rest coordinates of the scene are those "
        "after placing."},
@@ -354,6 +356,8 @@ SceneKeys<SceneBodyMaterial> scene_keys<SceneBodyMaterial>() {
        "Poisson's ratio of this body; as in [material] when absent."},
       {"density", member<&T::density>(), "kg/m3", kMassPerVolume, false,
        "Density of this body; as in [material] when absent."},
+      {"prestretch", member<&T::prestretch>(), "", SceneRange{0.5, 2, false, false}, false,
+       "Lengths at rest over natural ones along the axes of the body's cells: [1.1, 1.1, 1] is pulled along two, and gapes where it is cut."},
   };
   return {keys};
 }

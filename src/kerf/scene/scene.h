@@ -167,6 +167,19 @@ struct SceneLoad {
   int line = 0;                 ///< in the scene file: of `point`
 };
 
+/// What holds two bodies together where their skins face each other (mechanics/bonds.h), until it is torn or cut.
+struct SceneBond {
+  std::string lower, upper;               ///< names of bodies
+  double strength = 10e3;                 ///< pascals, against opening; at most what the cells resolve
+  std::optional<double> shear_strength;   ///< pascals, against sliding; as strength
+  double toughness = 50;                  ///< J/m^2 that opening takes
+  std::optional<double> shear_toughness;  ///< J/m^2 that sliding takes; as toughness
+  std::optional<double> stiffness;        ///< Pa/m; chosen by the bodies
+  std::optional<double> spacing;          ///< metres from point to point; four to a cell's edge
+  std::optional<double> reach;            ///< metres: how far skins may be from each other; a tenth of the thinner body
+  int line = 0;
+};
+
 // --- Contact
 // -------------------------------------------------------------------------------------------------------
 
@@ -408,6 +421,7 @@ struct Scene {
   SceneSimulation simulation;
   std::vector<SceneFix> fixes;
   std::vector<SceneLoad> loads;
+  std::vector<SceneBond> bonds;
   SceneContact contact;
   std::vector<SceneObstacle> obstacles;
   std::vector<SceneRigidTool> tools;

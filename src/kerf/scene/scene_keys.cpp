@@ -87,6 +87,8 @@ SceneKeys<Scene> scene_keys<Scene>() {
       {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
       {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose nodes never move."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
+      {"bond", SceneNested{"list of tables"}, "", kAny, false,
+       "What holds two bodies together where their skins face each other, until it is torn or cut."},
       {"lesion", SceneNested{"table"}, "", kAny, false,
        "A marked part of the body that should be taken out; gives the run a score."},
       {"arthroscope", SceneNested{"table"}, "", kAny, false,
@@ -338,6 +340,27 @@ SceneKeys<SceneLoad> scene_keys<SceneLoad>() {
       {"force", member<&T::force>(), "N", kForce, true, "The whole force, in world directions."},
       {"from", member<&T::from>(), "s", kNotNegative, false, "When the force sets in."},
       {"until", member<&T::until>(), "s", kPositive, false, "When the force ends; it stays when absent."},
+  };
+  return {keys};
+}
+
+template <>
+SceneKeys<SceneBond> scene_keys<SceneBond>() {
+  using T = SceneBond;
+  static const SceneKey keys[] = {
+      {"lower", member<&T::lower>(), "", kAny, true, "Name of a body."},
+      {"upper", member<&T::upper>(), "", kAny, true, "Name of another one, whose skin is sampled."},
+      {"strength", member<&T::strength>(), "Pa", kPositive, false,
+       "Traction that bonds bear against opening. At most what the cells resolve; a note says so. The toughness stays."},
+      {"shear_strength", member<&T::shear_strength>(), "Pa", kPositive, false, "The same against sliding; as strength when absent."},
+      {"toughness", member<&T::toughness>(), "J/m2", kPositive, false, "Energy that tearing them open takes."},
+      {"shear_toughness", member<&T::shear_toughness>(), "J/m2", kPositive, false,
+       "Energy that tearing them by sliding takes; as toughness when absent."},
+      {"stiffness", member<&T::stiffness>(), "Pa/m", kPositive, false,
+       "Traction over distance while nothing tears; by the softer body's Young's modulus over its thickness when absent."},
+      {"spacing", member<&T::spacing>(), "m", kPositive, false, "From point to point; four to the edge of a cell when absent."},
+      {"reach", member<&T::reach>(), "m", kPositive, false,
+       "How far skins may be from each other; a tenth of the thinner body when absent."},
   };
   return {keys};
 }

@@ -40,8 +40,11 @@ exact_paths = true
 young = 4000
 poisson = 0.35
 density = 800
+prestretch = [1.1, 1.05, 1]
 [[body]]
-model = "steak"
+name = "upper"
+model = "closed-sheet"
+size = [0.3, 0.2, 0.01]
 position = [0, 0, 2]
 [material]
 young = 5000
@@ -54,6 +57,16 @@ sphere = { center = [0.1, 0.2, 0.3], radius = 0.5 }
 young = 1e6
 poisson = 0.2
 density = 1100
+[[bond]]
+lower = "lower"
+upper = "upper"
+strength = 2000
+shear_strength = 3000
+toughness = 40
+shear_toughness = 60
+stiffness = 1e7
+spacing = 0.002
+reach = 0.001
 [lattice]
 cells = [9, 9, 1]
 origin = [0, 0, 0]
@@ -279,7 +292,19 @@ TEST(Scene, EveryKeyArrives) {
   EXPECT_EQ(s.body.material.poisson, 0.35);
   EXPECT_EQ(s.body.material.density, 800);
   ASSERT_EQ(s.more_bodies.size(), 1u);
-  EXPECT_EQ(s.more_bodies[0].model, "steak");
+  EXPECT_EQ(s.more_bodies[0].model, "closed-sheet");
+  EXPECT_EQ(s.body.material.prestretch, (Vec3{1.1, 1.05, 1}));
+  EXPECT_EQ(s.more_bodies[0].size, (Vec3{0.3, 0.2, 0.01}));
+  ASSERT_EQ(s.bonds.size(), 1u);
+  EXPECT_EQ(s.bonds[0].lower, "lower");
+  EXPECT_EQ(s.bonds[0].upper, "upper");
+  EXPECT_EQ(s.bonds[0].strength, 2000);
+  EXPECT_EQ(s.bonds[0].shear_strength, 3000);
+  EXPECT_EQ(s.bonds[0].toughness, 40);
+  EXPECT_EQ(s.bonds[0].shear_toughness, 60);
+  EXPECT_EQ(s.bonds[0].stiffness, 1e7);
+  EXPECT_EQ(s.bonds[0].spacing, 0.002);
+  EXPECT_EQ(s.bonds[0].reach, 0.001);
   EXPECT_EQ(s.more_bodies[0].position, (Vec3{0, 0, 2}));
   EXPECT_FALSE(s.more_bodies[0].material.young.has_value());
   EXPECT_EQ(s.body.options.visual_triangles, 6656u);

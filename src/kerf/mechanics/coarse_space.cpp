@@ -185,9 +185,39 @@ void hold_turns_about_a_line(const CoarseStructure& s, StepWorkspace& w, std::si
     for (int j = 0; j < 3; ++j) b[8 * (3 + j) + 3 + i] += firm * line[i] * line[j] / length;
 }
 
+// A row of weights times the unit matrix.
+template <class Parts, std::size_t N>
+void add_row(const Parts& c, const std::array<std::int32_t, N>& nodes, const std::array<double, N>& weights, double scale,
+             const CoarseStructure& s, StepWorkspace& w) {
+  // The row on a part's motion: weight t + w x (sum of weights times arms).
+  double weight[N] = {}, arm[N][3] = {};
+  for (std::size_t k = 0; k < N; ++k) {
+    if (c.part[k] < 0) continue;
+    weight[c.part[k]] += weights[k];
+    for (int a = 0; a < 3; ++a) arm[c.part[k]][a] += weights[k] * w.arm[static_cast<std::size_t>(nodes[k])].v[a];
+  }
+  int pair = 0;
+  for (int p = 0; p < c.parts; ++p)
+    for (int q = p; q < c.parts; ++q, ++pair) {
+      double rows[2][3][6];
+      for (int side = 0; side < 2; ++side) {
+        const int part = side == 0 ? p : q;
+        const double* a = arm[part];
+        const double matrix[3][6] = {{weight[part], 0, 0, 0, a[2], -a[1]},
+                                     {0, weight[part], 0, -a[2], 0, a[0]},
+                                     {0, 0, weight[part], a[1], -a[0], 0}};
+        std::copy(&matrix[0][0], &matrix[0][0] + 18, &rows[side][0][0]);
+      }
+      double* block = w.coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair];
+      for (int i = 0; i < 6; ++i)
+        for (int j = 0; j < 6; ++j)
+          for (int a = 0; a < 3; ++a) block[8 * j + i] += scale * rows[0][a][i] * rows[1][a][j];
+    }
+}
+
 }  // namespace
 
-void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
+void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w, double dt) {
   const CoarseStructure& s = model.coarse();
   CoarseSpace& coarse = w.coarse;
   const auto groups = static_cast<std::size_t>(s.groups);
@@ -244,30 +274,15 @@ void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& w) {
   const MechanicsModel::Structure& structure = model.structure();
   for (const CoarseStructure::SpringParts& c : s.springs) {
     const RowSpring& spring = model.springs()[structure.springs[c.spring]];
-    // The row on a part's motion: weight t + w x (sum of weights times arms).
-    double weight[8] = {}, arm[8][3] = {};
-    for (int k = 0; k < 8; ++k) {
-      if (c.part[k] < 0) continue;
-      weight[c.part[k]] += spring.weights[k];
-      for (int a = 0; a < 3; ++a) arm[c.part[k]][a] += spring.weights[k] * w.arm[spring.nodes[k].index()].v[a];
-    }
-    int pair = 0;
-    for (int p = 0; p < c.parts; ++p)
-      for (int q = p; q < c.parts; ++q, ++pair) {
-        double rows[2][3][6];
-        for (int side = 0; side < 2; ++side) {
-          const int part = side == 0 ? p : q;
-          const double* a = arm[part];
-          const double matrix[3][6] = {{weight[part], 0, 0, 0, a[2], -a[1]},
-                                       {0, weight[part], 0, -a[2], 0, a[0]},
-                                       {0, 0, weight[part], a[1], -a[0], 0}};
-          std::copy(&matrix[0][0], &matrix[0][0] + 18, &rows[side][0][0]);
-        }
-        double* block = coarse.blocks.data() + kBlockDoubles * s.targets[c.target + pair];
-        for (int i = 0; i < 6; ++i)
-          for (int j = 0; j < 6; ++j)
-            for (int a = 0; a < 3; ++a) block[8 * j + i] += w.spring_scale[c.spring] * rows[0][a][i] * rows[1][a][j];
-      }
+    std::array<std::int32_t, 8> nodes;
+    for (std::size_t k = 0; k < 8; ++k) nodes[k] = spring.nodes[k].value;
+    add_row(c, nodes, spring.weights, w.spring_scale[c.spring], s, w);
+  }
+  for (const CoarseStructure::BondParts& c : s.bonds) {
+    const auto pair = static_cast<std::size_t>(c.pair);
+    const double stiffness = w.bonds.stiffness[pair];
+    if (!(stiffness > 0)) continue;
+    add_row(c, structure.bonds.pairs[pair].node, middle_of_bonds(w, pair), dt * dt * stiffness, s, w);
   }
 
   for (std::size_t g = 0; g < groups; ++g) hold_turns_about_a_line(s, w, g);

@@ -25,7 +25,7 @@ struct CoarseSpace {
 
 /// Arms of the nodes and coarse matrix for a prepared step (positions, scaled rotations, masses, springs), without contacts. From the node matrix
 /// where that has been put together, else from the crossings.
-void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& workspace);
+void prepare_coarse_space(const MechanicsModel& model, StepWorkspace& workspace, double dt);
 
 /// Adds the contacts of this pass, if any, and factors.
 void factor_coarse_space(const MechanicsModel& model, StepWorkspace& workspace);

@@ -100,7 +100,8 @@ std::array<double, 36> felt(const RigidModes& force, const RigidModes& modes, un
 }
 
 // Storage blocks of the pairs of some places, behind those that are there.
-std::int32_t add_targets(std::int32_t parts, const std::array<std::int32_t, 8>& place, CoarseStructure& out) {
+template <std::size_t N>
+std::int32_t add_targets(std::int32_t parts, const std::array<std::int32_t, N>& place, CoarseStructure& out) {
   const auto first = static_cast<std::int32_t>(out.targets.size());
   for (int p = 0; p < parts; ++p)
     for (int q = p; q < parts; ++q)
@@ -145,8 +146,8 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   std::vector<std::uint64_t> there(static_cast<std::size_t>(out.groups),
                                    0);  // per group, those among the first 64 that it has a pair with
-  const auto connect = [&](const std::array<NodeId, 8>& nodes) {
-    std::array<std::int32_t, 8> groups;  // of the nodes, each once
+  const auto connect = [&](std::span<const NodeId> nodes) {
+    std::array<std::int32_t, 16> groups;  // of the nodes, each once
     auto end = groups.begin();
     for (const NodeId node : nodes) {
       const std::int32_t group = node.valid() ? out.group[node.index()] : -1;
@@ -166,6 +167,11 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
   for (std::size_t e = 0; e < model.element_count(); ++e)
     if (s.element_slot[e] >= 0) connect(model.element(HexId(e)).nodes);
   for (std::int32_t spring : s.springs) connect(model.springs()[spring].nodes);
+  for (const BondPair& pair : s.bonds.pairs) {
+    std::array<NodeId, 16> nodes;
+    for (std::size_t k = 0; k < 16; ++k) nodes[k] = NodeId(pair.node[k]);
+    connect(nodes);
+  }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   out.cholesky = block_cholesky_structure(out.groups, pairs);
@@ -199,6 +205,22 @@ CoarseStructure coarse_structure(const MechanicsModel& model) {
         if (place[k] == parts.place[p]) parts.part[k] = p;
     parts.target = add_targets(parts.parts, parts.place, out);
     out.springs.push_back(parts);
+  }
+  for (std::size_t i = 0; i < s.bonds.pairs.size(); ++i) {
+    CoarseStructure::BondParts parts;
+    parts.pair = static_cast<std::int32_t>(i);
+    std::array<std::int32_t, 16> place, sorted;
+    for (std::size_t k = 0; k < 16; ++k) place[k] = out.place[static_cast<std::size_t>(s.bonds.pairs[i].node[k])];
+    sorted = place;
+    std::sort(sorted.begin(), sorted.end(), std::greater<>());
+    for (std::size_t k = 0; k < 16; ++k)
+      if (sorted[k] >= 0 && (k == 0 || sorted[k] != sorted[k - 1])) parts.place[parts.parts++] = sorted[k];
+    parts.part.fill(-1);
+    for (std::size_t k = 0; k < 16; ++k)
+      for (int p = 0; p < parts.parts; ++p)
+        if (place[k] == parts.place[p]) parts.part[k] = p;
+    parts.target = add_targets(parts.parts, parts.place, out);
+    out.bonds.push_back(parts);
   }
   return out;
 }

@@ -54,6 +54,16 @@ struct CoarseStructure {
   };
   std::vector<SpringParts> springs;
 
+  /// The same for pairs of bonds. Each counts as a row in the middle of its points.
+  struct BondParts {
+    std::int32_t pair = 0;
+    std::int32_t parts = 0;
+    std::array<std::int32_t, 16> place{};
+    std::array<std::int32_t, 16> part{};
+    std::int32_t target = 0;
+  };
+  std::vector<BondParts> bonds;
+
   BlockCholeskyStructure cholesky;
 };
 

@@ -106,6 +106,13 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
             add(spring.nodes[c].value, a, spring.nodes[d].value, a,
                 w.spring_scale[i] * spring.weights[c] * spring.weights[d]);
   }
+  for (std::size_t i = 0; i < s.bonds.pairs.size(); ++i)
+    for (std::size_t c = 0; c < 16; ++c)
+      for (std::size_t d = 0; d < 16; ++d) {
+        const std::array<double, 9> block = bond_block(model, w, i, c, d, dt);
+        for (int k = 0; k < 9; ++k)
+          add(s.bonds.pairs[i].node[c], k / 3, s.bonds.pairs[i].node[d], k % 3, block[static_cast<std::size_t>(k)]);
+      }
   for (int t = 0; t < tools; ++t)
     for (int a = 0; a < 6; ++a) {
       const int row = 3 * n + 6 * t + a;

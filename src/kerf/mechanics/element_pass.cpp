@@ -176,6 +176,16 @@ inline Lanes young_scales(const MechanicsModel& model, const Batch& batch) {
   return s;
 }
 
+/// Natural edges of the cells over those at rest, axis by axis.
+inline void natural_lengths(const MechanicsModel& model, const Batch& batch, Lanes (&out)[3]) {
+  for (Lanes& x : out) x = all_lanes(1);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (batch.element[lane] < 0) continue;
+    const Vec3 stretch = model.materials()[static_cast<std::size_t>(model.element(HexId(batch.element[lane])).material)].prestretch;
+    for (int a = 0; a < 3; ++a) out[a][lane] = 1 / stretch[a];
+  }
+}
+
 }  // namespace
 
 int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
@@ -210,9 +220,11 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& w, std::size_
       if (batch.element[lane] >= 0 && !(det[lane] > 0)) ++inverted;
 
     for (int m = 1; m < 8; ++m) rotate_back(r, u[m]);
+    Lanes natural[3];
+    natural_lengths(model, batch, natural);
     for (int a = 0; a < 3; ++a) {
       u[0][a] = all_lanes(0);
-      u[1 << a][a] -= h4[a];
+      u[1 << a][a] -= h4[a] * natural[a];
     }
     const Lanes scale = -young_scales(model, batch);
     Lanes stress[3][3];  // times the volume

@@ -20,6 +20,10 @@ Status validate(const Material& m) {
     return bad_input(fmt::format("material: damping_mass = {} 1/s must not be negative", m.damping_mass));
   if (!(m.damping_stiffness >= 0) || !std::isfinite(m.damping_stiffness))
     return bad_input(fmt::format("material: damping_stiffness = {} s must not be negative", m.damping_stiffness));
+  for (int a = 0; a < 3; ++a)
+    if (!(m.prestretch[a] >= kLeastPrestretch) || !(m.prestretch[a] <= kMostPrestretch))
+      return bad_input(fmt::format("material: prestretch = {} along axis {} must lie between {} and {}; 1 is none",
+                                   m.prestretch[a], "xyz"[a], kLeastPrestretch, kMostPrestretch));
   return {};
 }
 

@@ -434,6 +434,40 @@ void MechanicsModel::clear_springs() {
   stale_ = true;
 }
 
+Status MechanicsModel::set_bonds(std::vector<BondLaw> laws, std::vector<BondPoint> points) {
+  for (const BondLaw& law : laws) KERF_TRY(kerf::validate(law));
+  for (const BondPoint& point : points) {
+    bool finite = point.area > 0 && std::isfinite(point.area) && is_finite(point.normal);
+    for (const Vec3 local : point.local) finite = finite && is_finite(local);
+    if (!finite) return bad_input("bond: a point's area, normal or place is not finite, or its area is not positive");
+    if (point.law < 0 || static_cast<std::size_t>(point.law) >= laws.size())
+      return bad_input(fmt::format("bond: there is no law {}", point.law + 1));
+  }
+  bond_laws_ = std::move(laws);
+  bond_points_ = std::move(points);
+  stale_ = true;
+  return {};
+}
+
+void MechanicsModel::set_bond_point(std::size_t number, const BondPoint& point) {
+  bond_points_[number] = point;
+  stale_ = true;
+}
+
+void MechanicsModel::follow_bonds(std::span<const double> damage) {
+  const BondStructure& s = structure_.bonds;
+  bool changed = false;
+  for (std::size_t i = 0; i < s.pairs.size(); ++i) {
+    const BondPair& pair = s.pairs[i];
+    std::uint8_t holds = 0;
+    for (std::int32_t k = pair.first; holds == 0 && k < pair.first + pair.count; ++k)
+      holds = damage[static_cast<std::size_t>(s.order[static_cast<std::size_t>(k)])] < 1 ? 1 : 0;
+    changed = changed || holds != bond_holds_[i];
+    bond_holds_[i] = holds;
+  }
+  if (changed) structure_.rigid = rigid_pieces(*this);
+}
+
 void MechanicsModel::clear_loads() { std::fill(loads_.begin(), loads_.end(), Vec3{}); }
 
 Status MechanicsModel::validate() const {
@@ -557,6 +591,11 @@ void MechanicsModel::refresh() {
   for (std::size_t i = 0; i < springs_.size(); ++i)
     if (springs_[i].nodes[0].valid()) s.springs.push_back(static_cast<std::int32_t>(i));
 
+  if (!bond_points_.empty() || !s.bonds.pairs.empty()) {
+    s.bonds = bond_structure(*this);
+    bond_holds_.assign(s.bonds.pairs.size(), 1);
+  }
+
   // Each node's slots by counting, in the order of the elements' ids: the order of the sums, and so their
   // last bits, must not depend on the history of the pool.
   s.element_slot.assign(elements_.size(), -1);
@@ -574,6 +613,10 @@ void MechanicsModel::refresh() {
         const NodeId node = springs_[s.springs[i]].nodes[k];
         if (node.valid()) f(node.value, static_cast<std::int32_t>(s.element_slots + 8 * i + k));
       }
+    const std::size_t bonds = s.element_slots + 8 * s.springs.size();
+    for (std::size_t i = 0; i < s.bonds.pairs.size(); ++i)
+      for (std::size_t k = 0; k < 16; ++k)
+        f(s.bonds.pairs[i].node[k], static_cast<std::int32_t>(bonds + 16 * i + k));
   };
   for_each_slot([&](std::int32_t node, std::int32_t) { ++s.slot_begin[node + 1]; });
   for (std::size_t i = 0; i < n; ++i) s.slot_begin[i + 1] += s.slot_begin[i];

@@ -15,6 +15,7 @@
 #include "kerf/base/ids.h"
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
+#include "kerf/mechanics/bonds.h"
 #include "kerf/mechanics/coarse_structure.h"
 #include "kerf/mechanics/element.h"
 #include "kerf/mechanics/element_wht.h"
@@ -154,6 +155,19 @@ class MechanicsModel {
   }
   [[nodiscard]] const RowSpring& spring(SpringId id) const { return springs_[id.index()]; }
   [[nodiscard]] std::size_t spring_count() const { return springs_.size(); }
+  // --- Bonds
+  // -----------------------------------------------------------------------------------------------------
+  /// All bonds anew (bonds.h). A state keeps their damage by their number. Bad input: laws that validate() refuses, weights or areas that are not finite.
+  Status set_bonds(std::vector<BondLaw> laws, std::vector<BondPoint> points);
+  /// Where a point is now. Its elements may be of another number than they were; O(1).
+  void set_bond_point(std::size_t number, const BondPoint& point);
+  [[nodiscard]] std::span<const BondLaw> bond_laws() const { return bond_laws_; }
+  [[nodiscard]] std::span<const BondPoint> bond_points() const { return bond_points_; }
+  /// Before a step: pairs of elements all of whose points are torn hold nothing together any more.
+  void follow_bonds(std::span<const double> damage);
+  /// Does a pair of structure().bonds hold?
+  [[nodiscard]] bool bond_holds(std::size_t pair) const { return bond_holds_[pair] != 0; }
+
   /// Constant force on a node, N; added to what is there.
   void add_load(NodeId node, Vec3 force) { loads_[node.index()] += force; }
   void clear_loads();
@@ -179,7 +193,7 @@ class MechanicsModel {
   struct Structure {
     std::vector<Batch> batches;
     std::vector<std::int32_t> element_slot;  ///< per element: 8 (4 batch + lane), -1: no element
-    /// Per node its slots: element_slot + corner, by element; then 8 slots per spring. The order of all sums.
+    /// Per node its slots: element_slot + corner, by element; then 8 slots per spring, 16 per pair of bonds. The order of all sums.
     std::vector<std::int32_t> slot_begin, slots;
     /// Full cells add to sums instead, chunk by chunk of `sum_grain` batches. A node's first chunk adds to the sum of the node's own number, any other chunk
     /// to one more sum behind those of the nodes: so chunks need not wait for each other, and the order is fixed. Per batch [corner][lane]: a sum; s where
@@ -197,6 +211,7 @@ class MechanicsModel {
     double total_mass = 0;
     std::size_t free_nodes = 0;
     RigidPieces rigid;
+    BondStructure bonds;
   };
   /// Rebuilds the derived data if something changed since the last call.
   void refresh();
@@ -263,6 +278,10 @@ class MechanicsModel {
   std::vector<RowSpring> springs_;
   std::vector<double> spring_caps_;
   std::size_t free_springs_ = 0;  ///< removed ones, whose places new ones take
+
+  std::vector<BondLaw> bond_laws_;
+  std::vector<BondPoint> bond_points_;
+  std::vector<std::uint8_t> bond_holds_;  // per pair of the structure
 
   Structure structure_;
   bool stale_ = true;

@@ -39,6 +39,8 @@ RigidPieces rigid_pieces(const MechanicsModel& model) {
     for (NodeId node : spring.nodes)
       if (node.valid()) joined.join(spring.nodes[0].value, node.value);
   }
+  for (std::size_t i = 0; i < s.bonds.pairs.size(); ++i)
+    if (model.bond_holds(i)) joined.join(s.bonds.pairs[i].node[0], s.bonds.pairs[i].node[8]);
   for (std::int32_t i : s.springs)
     if (weight_of(model.springs()[i]) > kTieWeight) held[joined.root(model.springs()[i].nodes[0].value)] = 1;
   for (std::size_t i = 0; i < n; ++i)

@@ -24,6 +24,8 @@ using TurningPiece = StepWorkspace::TurningPiece;
 
 /// Passes over contacts at most, in times of those that are wished for.
 constexpr int kMostPasses = 3;
+/// Passes at most over bonds that tear: what is left then goes on in the next step.
+constexpr int kMostBondPasses = 6;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
 
@@ -38,7 +40,7 @@ void resize(const MechanicsModel& model, StepWorkspace& w) {
                                &w.preconditioned, &w.start_solution, &w.start_residual})
     v->resize(n);
   w.product.resize(s.sums);
-  w.slot.resize(s.element_slots + 8 * s.springs.size());
+  w.slot.resize(s.element_slots + 8 * s.springs.size() + 16 * s.bonds.pairs.size());
   w.mass_diagonal.resize(n);
   w.diagonal.resize(2 * n);
   w.inverse_diagonal.resize(3 * n);
@@ -150,7 +152,7 @@ void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOpti
     element_scale_pass(model, w, o.dt, !(o.gravity == Vec3{}), begin, end);
     element_diagonal_pass(model, w, begin, end);
   });
-  const std::size_t full_slots = s.full_batches * 32;
+  const std::size_t full_slots = s.full_batches * 32, bond_slots = s.element_slots + 8 * s.springs.size();
   for_each_chunk(o.parallel, model.node_count(), kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i) {
       Quad* out = w.inverse_diagonal.data() + 3 * i;
@@ -166,6 +168,10 @@ void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOpti
           const Quad* in = w.diagonal_slot.data() + 2 * diagonal_slot(slot, full_slots);
           first += load_lanes(in[0].v);
           second += load_lanes(in[1].v);
+        } else if (slot >= bond_slots) {
+          const std::size_t bond = slot - bond_slots;
+          const double x = bond_diagonal(w, bond / 16, bond % 16, o.dt);
+          first += Lanes{x, x, x, 0};
         } else {
           const std::size_t spring = (slot - s.element_slots) / 8;
           const double weight = model.springs()[s.springs[spring]].weights[slot & 7];
@@ -187,7 +193,7 @@ double reduced(const StepWorkspace& w, std::size_t n, int component) {
 }
 
 // product = A search by the matrix put together; springs are rows.
-double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
+double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, double dt, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
   narrow_search(w);
@@ -208,6 +214,7 @@ double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, bool par
     }
     sum += sum_of(at * force);
   }
+  if (!s.bonds.pairs.empty()) sum += add_bond_products(model, w, dt);
   return sum;
 }
 
@@ -215,12 +222,12 @@ double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, bool par
 bool free_piece_touched(const StepWorkspace& w) { return w.contact.set != nullptr && w.contact.any_free_touched; }
 
 // product = A p for all nodes and tools; returns p' A p.
-double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector which, bool parallel) {
+double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector which, double dt, bool parallel) {
   const Structure& s = model.structure();
   const std::vector<Quad>& p = which == SystemVector::kSearch ? w.search : w.solution;
   const std::size_t n = model.node_count();
   if (w.node_matrix && which == SystemVector::kSearch && !free_piece_touched(w)) {
-    const double sum = multiply_by_nodes(model, w, parallel);
+    const double sum = multiply_by_nodes(model, w, dt, parallel);
     return w.contact.set != nullptr ? sum + multiply_contacts(model, which, w) : sum;
   }
   for_each_chunk(parallel, s.full_batches, s.sum_grain,
@@ -230,6 +237,7 @@ double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector whic
                    element_stiffness_pass(model, w, p, s.full_batches + begin, s.full_batches + end);
                  });
   spring_stiffness_pass(model, w, p);
+  if (!s.bonds.pairs.empty()) bond_stiffness_pass(model, w, p.data()->v, dt);
   for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     Lanes dot = all_lanes(0);
     for (std::size_t i = begin; i < end; ++i) {
@@ -449,7 +457,7 @@ void next_direction(const MechanicsModel& model, StepWorkspace& w, double beta, 
 double carried_residual(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  add_impulse_changes(w);
+  if (w.contact.set != nullptr) add_impulse_changes(w);
   for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     Lanes sum = all_lanes(0);
     for (std::size_t i = begin; i < end; ++i) {
@@ -461,6 +469,7 @@ double carried_residual(const MechanicsModel& model, StepWorkspace& w, bool para
     w.partial[chunk].v[0] = sum_of(sum);
   });
   double sum = reduced(w, n, 0);
+  if (w.contact.set == nullptr) return std::sqrt(sum);
   for (ToolWork& tool : w.contact.tools) {
     for (int a = 0; a < 6; ++a) tool.search[a] = tool.product[a] = 0;
     sum += square_of(tool);
@@ -469,10 +478,10 @@ double carried_residual(const MechanicsModel& model, StepWorkspace& w, bool para
 }
 
 // residual = b - A x, or b alone; search and product are cleared. Returns its norm over what moves.
-double fresh_residual(const MechanicsModel& model, StepWorkspace& w, bool x_is_zero, bool parallel) {
+double fresh_residual(const MechanicsModel& model, StepWorkspace& w, bool x_is_zero, double dt, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
-  if (!x_is_zero) multiply(model, w, SystemVector::kSolution, parallel);
+  if (!x_is_zero) multiply(model, w, SystemVector::kSolution, dt, parallel);
   const auto norm_of = [&](bool clear) {
     for_each_chunk(parallel, n, kNodeGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
       Lanes bb = all_lanes(0);
@@ -534,7 +543,7 @@ double norm_at_pace(const MechanicsModel& model, StepWorkspace& w, bool parallel
 
 // Starts from zero; held nodes from their prescribed velocity, free pieces and free tools from their rigid motion.
 // Returns the norm of the residual, which for a body that rests on something is the right-hand side.
-double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
+double start_solve(const MechanicsModel& model, StepWorkspace& w, double dt, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
   bool nonzero = !s.rigid.free.empty();
@@ -554,7 +563,7 @@ double start_solve(const MechanicsModel& model, StepWorkspace& w, bool parallel)
     w.residual = w.right_side;
     absorb_rigid_momentum(model, w);
   }
-  return fresh_residual(model, w, !nonzero, parallel);
+  return fresh_residual(model, w, !nonzero, dt, parallel);
 }
 
 // Elastic forces turn no piece as a whole; linearised with frozen rotations they do, a little, where it spins. A piece in flight gets the momentum and the angular momentum
@@ -658,7 +667,7 @@ struct Solver {
       } else {
         model.refresh_crossings();
       }
-      prepare_coarse_space(model, w);
+      prepare_coarse_space(model, w, o.dt);
       coarse_assembled = true;
     }
     // While the same rows press, their coarse matrix hardly changes; but no momentum may hang on an old one.
@@ -678,7 +687,7 @@ struct Solver {
     if (w.contact.set != nullptr)
       for (ToolWork& tool : w.contact.tools) std::fill(tool.preconditioned, tool.preconditioned + 6, 0.0);
     next_direction(model, w, 0, true, o.parallel);
-    multiply(model, w, SystemVector::kSearch, o.parallel);
+    multiply(model, w, SystemVector::kSearch, o.dt, o.parallel);
   }
 
   // From the solution so far, whose residual is given.
@@ -736,7 +745,7 @@ struct Solver {
       next_direction(model, w, restart ? 0 : rz / rz_old, report.two_level, o.parallel);
       restart = false;
       rz_old = rz;
-      const double pap = multiply(model, w, SystemVector::kSearch, o.parallel);
+      const double pap = multiply(model, w, SystemVector::kSearch, o.dt, o.parallel);
       if (!(pap > 0)) {  // not finite, or nothing left but rounding
         report.cap_hit = true;
         break;
@@ -750,7 +759,7 @@ struct Solver {
 
   Status direct() {
     KERF_TRY(direct_solve(model, w, o.dt));
-    fresh_residual(model, w, false, o.parallel);
+    fresh_residual(model, w, false, o.dt, o.parallel);
     return {};
   }
 
@@ -764,7 +773,9 @@ struct Solver {
     if (!s.springs.empty()) at_pace = norm_at_pace(model, w, o.parallel);
     const bool contacts = w.contact.set != nullptr, oracle = o.solver == SolverKind::kDirect,
                iterative = !oracle && attempt != Attempt::kDirectly;
-    const int wished = contacts ? w.contact.set->options.passes : 1, most = contacts ? kMostPasses * wished : 1;
+    const bool bonds = !s.bonds.pairs.empty();
+    const int wished = contacts ? w.contact.set->options.passes : 1,
+              most = std::max(contacts ? kMostPasses * wished : 1, bonds ? kMostBondPasses : 1);
     for (int pass = 0; pass < most; ++pass) {
       const bool last = pass + 1 >= wished;
       if (contacts) {
@@ -773,9 +784,9 @@ struct Solver {
         report.seconds_contact += seconds_since(start);
       }
       report.passes = pass + 1;
-      const double norm = pass == 0                                  ? start_solve(model, w, o.parallel)
+      const double norm = pass == 0                                  ? start_solve(model, w, o.dt, o.parallel)
                           : iterative && !w.contact.any_free_touched ? carried_residual(model, w, o.parallel)
-                                                                     : fresh_residual(model, w, false, o.parallel);
+                                                                     : fresh_residual(model, w, false, o.dt, o.parallel);
       const bool may_end_early = contacts && pass >= kWholePasses;
       if (may_end_early) start_pass(w);
       if (!iterative) {
@@ -785,10 +796,16 @@ struct Solver {
       } else {
         conjugate_gradients(norm, pass == 0);
       }
-      if (!contacts) break;
+      if (!contacts) {
+        const double torn = bonds ? grow_bond_damage(model, w, o.dt) : 0;
+        if (!(torn > (oracle ? 1e-9 * norm_b : wanted()))) break;
+        if (report.cap_hit && attempt == Attempt::kUntilCap) return {};
+        continue;
+      }
       const Clock::time_point start = Clock::now();
       const bool whole = !may_end_early || end_pass(model, o.dt, o.parallel, w) == 1;
-      const double change = update_contacts(o.dt, w);
+      double change = update_contacts(o.dt, w);
+      if (bonds) change = std::max(change, grow_bond_damage(model, w, o.dt));
       report.seconds_contact += seconds_since(start);
       if (whole && !(change > (oracle ? std::max(1e-12 * norm_b, 0.0) : wanted()))) break;
       if (report.cap_hit && attempt == Attempt::kUntilCap) return {};
@@ -818,6 +835,9 @@ Status check(const MechanicsModel& model, const MechanicsState& state, const Ste
   if (state.rotations.size() < model.element_count())
     return bad_input(fmt::format("step: the state has {} rotations, the model {} elements", state.rotations.size(),
                                  model.element_count()));
+  if (state.bond_damage.size() != model.bond_points().size())
+    return bad_input(fmt::format("step: the state has the damage of {} bonds, the model {} bonds",
+                                 state.bond_damage.size(), model.bond_points().size()));
   return {};
 }
 
@@ -830,6 +850,7 @@ MechanicsState rest_state(const MechanicsModel& model) {
   state.rotations.assign(model.element_count(), model.cells()[0].axes);
   for (std::size_t e = 0; e < model.element_count(); ++e)
     if (model.has_element(HexId(e))) state.rotations[e] = model.cell(model.element(HexId(e)).material).axes;
+  state.bond_damage.assign(model.bond_points().size(), 0);
   return state;
 }
 
@@ -844,12 +865,18 @@ Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const
   model.refresh();
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
+  const bool bonds = !s.bonds.pairs.empty();
+  if (bonds) model.follow_bonds(state.bond_damage);
   StepReport report;
   resize(model, w);
   w.node_matrix = false;
   load_state(model, state, w);
   report.inverted_elements = force_pass(model, w, o.parallel);
   spring_force_pass(model, w, o.dt);
+  if (bonds) {
+    begin_bonds(model, state, w);
+    bond_force_pass(model, w);
+  }
   right_side_pass(model, w, o);
   report.seconds_forces = seconds_since(start);
   const Clock::time_point setup = Clock::now();
@@ -913,6 +940,11 @@ Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const
     state.velocities[i] = vec_of(w.solution[i]);
   }
   store_rotations(model, w, state);
+  if (bonds) {
+    state.bond_damage = w.bonds.damage;
+    state.bond_dissipated = w.bonds.dissipated;
+    report.bonds_broken = w.bonds.broken;
+  }
   state.two_level_steps = two_level_steps;
   if (contacts != nullptr) store_contacts(o.dt, w, state);
   else state.contacts.clear();

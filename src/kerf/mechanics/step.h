@@ -30,6 +30,8 @@ struct MechanicsState {
   std::int32_t two_level_steps = 0;     ///< steps left in which the coarse space is used at once (adaptive choice)
   std::vector<RigidState> tools;        ///< as many as the contact set has
   std::vector<ContactMemory> contacts;  ///< by ascending key
+  std::vector<double> bond_damage;      ///< per point of the model's bonds, 0 whole to 1 torn; it never decreases
+  double bond_dissipated = 0;           ///< J that tearing bonds has taken
   friend bool operator==(const MechanicsState&, const MechanicsState&) = default;
 };
 
@@ -110,6 +112,7 @@ struct StepWorkspace {
   std::vector<Single> single;              // the search direction
   bool node_matrix = false;                // node_blocks are those of this step
   CoarseSpace coarse;
+  BondWork bonds;
   ContactWork contact;  // results of the last step's contacts in it
   /// Sums over the nodes of a piece.
   struct TurningPiece {

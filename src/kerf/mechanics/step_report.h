@@ -16,6 +16,7 @@ struct StepReport {
   int sliding = 0;             ///< those of them that slide
   int passes = 1;              ///< linear solves, while contacts opened and closed
   double deepest_overlap = 0;  ///< m, of all rows at the end of the step
+  int bonds_broken = 0;        ///< points of bonds that tore
   int inverted_elements = 0;   ///< with negative volume at the start of the step
   double kinetic_energy = 0;   ///< J, after the step
   int slowed_nodes = 0;        ///< of a session: nodes whose speed was capped (speed_cap.h), in all parts together

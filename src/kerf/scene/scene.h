@@ -49,9 +49,10 @@ struct ScenePose {
 
 /// What one body is made of where it differs from [material].
 struct SceneBodyMaterial {
-  std::optional<double> young;    ///< pascals
-  std::optional<double> poisson;  ///< 1
-  std::optional<double> density;  ///< kg/m3
+  std::optional<double> young;     ///< pascals
+  std::optional<double> poisson;   ///< 1
+  std::optional<double> density;   ///< kg/m3
+  std::optional<Vec3> prestretch;  ///< 1: along the axes of the body's cells, lengths at rest over natural ones
 };
 
 struct SceneBodyLoaded;  // scene_body.h
@@ -70,6 +71,7 @@ struct SceneBody {
   std::optional<double> weld;                     ///< metres; corners of the mesh files this close are one; 0: none
   bool exact_paths = false;                       ///< exact geodesic paths in the pre-processing
   int collision_triangles = 0;  ///< wanted of a collision mesh that is made from `visual` alone; 0: as many as it needs
+  std::optional<Vec3> size;     ///< metres along the axes: a model "closed-sheet" of this size instead of its own
   Vec3 position, rotation;      ///< as in ScenePose; coordinates at rest are those after placing
   SceneBodyMaterial material;   ///< of this body
   int line = 0;                 ///< in the scene file: of the model's options, or else of model, visual or bound
@@ -164,6 +166,19 @@ struct SceneLoad {
   double from = 0;              ///< s: when it sets in
   std::optional<double> until;  ///< s: when it ends; never when absent
   int line = 0;                 ///< in the scene file: of `point`
+};
+
+/// What holds two bodies together where their skins face each other (mechanics/bonds.h), until it is torn or cut.
+struct SceneBond {
+  std::string lower, upper;               ///< names of bodies
+  double strength = 10e3;                 ///< pascals, against opening; at most what the cells resolve
+  std::optional<double> shear_strength;   ///< pascals, against sliding; as strength
+  double toughness = 50;                  ///< J/m^2 that opening takes
+  std::optional<double> shear_toughness;  ///< J/m^2 that sliding takes; as toughness
+  std::optional<double> stiffness;        ///< Pa/m; chosen by the bodies
+  std::optional<double> spacing;          ///< metres from point to point; four to a cell's edge
+  std::optional<double> reach;            ///< metres: how far skins may be from each other; a tenth of the thinner body
+  int line = 0;
 };
 
 // --- Contact
@@ -407,6 +422,7 @@ struct Scene {
   SceneSimulation simulation;
   std::vector<SceneFix> fixes;
   std::vector<SceneLoad> loads;
+  std::vector<SceneBond> bonds;
   SceneContact contact;
   std::vector<SceneObstacle> obstacles;
   std::vector<SceneRigidTool> tools;

@@ -165,6 +165,26 @@ Result<BoundBody> bind_automatically(const SceneBody& body, const TriangleMesh& 
   return std::move(*automatic->bound);
 }
 
+/// A flat sheet of another size. Cells as many as before, about square.
+Status resize(Vec3 size, const std::string& name, Model& model) {
+  if (name != "closed-sheet")
+    return bad_input(fmt::format("size of [body] goes with model closed-sheet, not with {}", shown(name)));
+  if (!(size.x > 0 && size.y > 0 && size.z > 0)) return bad_input("size of [body]: all three must be positive");
+  Box3 box;
+  for (const Vec3 p : model.visual.positions) box.add(p);
+  const Vec3 was = box.size(), scale{size.x / was.x, size.y / was.y, size.z / was.z};
+  for (auto* positions : {&model.visual.positions, &model.collision.positions})
+    for (Vec3& p : *positions) p = {scale.x * p.x, scale.y * p.y, scale.z * p.z};
+  for (double& half : model.half_thickness) half *= scale.z;
+  LatticeHint& l = model.lattice;
+  const double edge = std::sqrt(size.x * size.y / (l.cells[0] * l.cells[1]));
+  l.cells = {std::max(1, static_cast<int>(std::lround(size.x / edge))),
+             std::max(1, static_cast<int>(std::lround(size.y / edge))), l.cells[2]};
+  l.cell = {size.x / l.cells[0], size.y / l.cells[1], size.z / l.cells[2]};
+  l.origin = -0.5 * size;
+  return {};
+}
+
 }  // namespace
 
 Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress,
@@ -194,6 +214,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
     KERF_TRY(progress("make", 0));
     Result<Model> model = make_model(body.model, body.options);
     if (!model.ok()) return model.error();
+    if (body.size) KERF_TRY(resize(*body.size, body.model, *model));
     out.lattice = model->lattice;
     out.young = model->young;
     out.poisson = model->poisson;

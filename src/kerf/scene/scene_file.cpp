@@ -116,6 +116,11 @@ class SceneReader {
       read_region(*t, "[[fix]]", fix.region);
     }
     for (const toml::table* t : tables_at(root, "load")) read_load(*t, scene.loads.emplace_back());
+    for (const toml::table* t : tables_at(root, "bond")) {
+      SceneBond& bond = scene.bonds.emplace_back();
+      read_plain(*t, "[[bond]]", scene_keys<SceneBond>(), bond);
+      bond.line = line_of(*t);
+    }
     if (const toml::table* t = table_at(root, "contact")) {
       read_plain(*t, "[contact]", scene_keys<SceneContact>(), scene.contact);
       if (!scene.contact.enabled) scene.contact.enabled = true;

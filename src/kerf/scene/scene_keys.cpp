@@ -87,6 +87,8 @@ SceneKeys<Scene> scene_keys<Scene>() {
       {"simulation", SceneNested{"table"}, "", kAny, false, "Time, gravity and solver."},
       {"fix", SceneNested{"list of tables"}, "", kAny, false, "Regions whose material never moves."},
       {"load", SceneNested{"list of tables"}, "", kAny, false, "Constant forces on the surface."},
+      {"bond", SceneNested{"list of tables"}, "", kAny, false,
+       "What holds two bodies together where their skins face each other, until it is torn or cut."},
       {"lesion", SceneNested{"table"}, "", kAny, false,
        "A marked part of the body that should be taken out; gives the run a score."},
       {"arthroscope", SceneNested{"table"}, "", kAny, false,
@@ -132,6 +134,8 @@ SceneKeys<SceneBody> scene_keys<SceneBody>() {
       {"exact_paths", member<&T::exact_paths>(), "", kAny, false,
        "Exact geodesics when the meshes are bound; the default straightens locally, which is faster and "
        "nearly as short. Does not go with bound."},
+      {"size", member<&T::size>(), "m", kPositive, false,
+       "Of model closed-sheet: along the three axes, instead of its own. Its cells become about square."},
       {"position", member<&T::position>(), "m", kPlace, false,
        "Where the origin of the body's own coordinates goes; all other rest coordinates of the scene are those "
        "after placing."},
@@ -344,6 +348,27 @@ SceneKeys<SceneLoad> scene_keys<SceneLoad>() {
 }
 
 template <>
+SceneKeys<SceneBond> scene_keys<SceneBond>() {
+  using T = SceneBond;
+  static const SceneKey keys[] = {
+      {"lower", member<&T::lower>(), "", kAny, true, "Name of a body."},
+      {"upper", member<&T::upper>(), "", kAny, true, "Name of another one, whose skin is sampled."},
+      {"strength", member<&T::strength>(), "Pa", kPositive, false,
+       "Traction that bonds bear against opening. At most what the cells resolve; a note says so. The toughness stays."},
+      {"shear_strength", member<&T::shear_strength>(), "Pa", kPositive, false, "The same against sliding; as strength when absent."},
+      {"toughness", member<&T::toughness>(), "J/m2", kPositive, false, "Energy that tearing them open takes."},
+      {"shear_toughness", member<&T::shear_toughness>(), "J/m2", kPositive, false,
+       "Energy that tearing them by sliding takes; as toughness when absent."},
+      {"stiffness", member<&T::stiffness>(), "Pa/m", kPositive, false,
+       "Traction over distance while nothing tears; by the softer body's Young's modulus over its thickness when absent."},
+      {"spacing", member<&T::spacing>(), "m", kPositive, false, "From point to point; four to the edge of a cell when absent."},
+      {"reach", member<&T::reach>(), "m", kPositive, false,
+       "How far skins may be from each other; a tenth of the thinner body when absent."},
+  };
+  return {keys};
+}
+
+template <>
 SceneKeys<SceneBodyMaterial> scene_keys<SceneBodyMaterial>() {
   using T = SceneBodyMaterial;
   static const SceneKey keys[] = {
@@ -357,6 +382,8 @@ SceneKeys<SceneBodyMaterial> scene_keys<SceneBodyMaterial>() {
        "Poisson's ratio of this body; as in [material] when absent."},
       {"density", member<&T::density>(), "kg/m3", kMassPerVolume, false,
        "Density of this body; as in [material] when absent."},
+      {"prestretch", member<&T::prestretch>(), "", SceneRange{0.5, 2, false, false}, false,
+       "Lengths at rest over natural ones along the axes of the body's cells: [1.1, 1.1, 1] is pulled along two, and gapes where it is cut."},
   };
   return {keys};
 }

@@ -112,6 +112,8 @@ SceneKeys<SceneLoad> scene_keys<SceneLoad>();
 template <>
 SceneKeys<SceneBodyMaterial> scene_keys<SceneBodyMaterial>();
 template <>
+SceneKeys<SceneBond> scene_keys<SceneBond>();
+template <>
 SceneKeys<SceneContact> scene_keys<SceneContact>();
 template <>
 SceneKeys<SceneObstacle> scene_keys<SceneObstacle>();

@@ -135,6 +135,7 @@ std::vector<SceneKeyDoc> scene_schema() {
   add(out, "[simulation]", scene_keys<SceneSimulation>());
   add(out, "[[fix]]", scene_keys<SceneFix>());
   add(out, "[[load]]", scene_keys<SceneLoad>());
+  add(out, "[[bond]]", scene_keys<SceneBond>());
   add(out, "[lesion]", scene_lesion_keys());
   add(out, "[arthroscope]", scene_keys<SceneArthroscope>());
   add(out, "[contact]", scene_keys<SceneContact>());

@@ -163,6 +163,7 @@ Result<MechanicsModel> make_mechanics(const HexMesh& hex, const SceneMaterial& m
     base.young = body.young.value_or(material.young.value_or(kSceneYoung));
     base.poisson = body.poisson.value_or(material.poisson.value_or(kScenePoisson));
     base.density = body.density.value_or(material.density.value_or(kSceneDensity));
+    base.prestretch = body.prestretch.value_or(Vec3{1, 1, 1});
     base.damping_mass = material.damping_mass;
     base.damping_stiffness = material.damping_stiffness;
     if (auto added = model.add_material(base, cell); !added) return added.error();

@@ -106,6 +106,7 @@ Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progre
     material.young = body.material.young ? body.material.young : scene.material.young.value_or(loaded->young);
     material.poisson = body.material.poisson ? body.material.poisson : scene.material.poisson.value_or(loaded->poisson);
     material.density = body.material.density ? body.material.density : scene.material.density.value_or(loaded->density);
+    material.prestretch = body.material.prestretch;
     out.materials.push_back(material);
     if (i == 0) {
       out.complex = std::move(complex);

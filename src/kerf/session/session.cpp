@@ -60,7 +60,7 @@ std::size_t UndoStep::bytes() const {
     held += (g.points.size() + g.other_points.size()) * (sizeof(CollisionVertex) + sizeof(Vec3));
   return held + touching.bytes() + topology.bytes() +
          (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
-         mechanics.rotations.size() * sizeof(Mat3) + fade.bytes() + (removal ? removal->bytes() : 0);
+         mechanics.rotations.size() * sizeof(Mat3) + mechanics.bond_damage.size() * sizeof(double) + fade.bytes() + (removal ? removal->bytes() : 0);
 }
 
 void UndoList::push(UndoStep step) {
@@ -176,6 +176,16 @@ Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
     KERF_TRY(fix(scene.fixes[i].region,
                  fmt::format("{}[[fix]] number {}", scene_place(scene, scene.fixes[i].region.line), i + 1)));
+  if (!scene.bonds.empty()) {
+    auto made = make_bonds(scene, state.body, state.model, notes);
+    if (!made) return made.error();
+    bonds = std::move(*made);
+    list_root_triangles(state.body.complex.collision, root_triangles);
+    std::vector<BondPoint> points;
+    for (const BondPlace& place : bonds.places) points.push_back(bond_point(state.body, place, root_triangles));
+    KERF_TRY(state.model.set_bonds(bonds.laws, std::move(points)));
+    state.mechanics.bond_damage.assign(bonds.places.size(), 0);
+  }
   KERF_TRY(renew_springs());
   renew_loads();
   note_idle_parts();
@@ -253,6 +263,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   impl_->step_options.gravity = impl_->state.gravity;
   impl_->skin_stale = true;
   impl_->springs_stale = true;
+  impl_->all_bonds_follow();
   impl_->forget_places();
   impl_->piece_labels.forget();
   impl_->contact.surface_stale = true;
@@ -410,6 +421,30 @@ Status Session::validate() const {
   return {};
 }
 
+Session::BondState Session::bonds() const {
+  const Impl& s = *impl_;
+  BondState out;
+  out.points = s.bonds.places.size();
+  for (std::size_t p = 0; p < out.points; ++p) {
+    const double area = s.bonds.places[p].area;
+    out.area += area;
+    if (s.state.mechanics.bond_damage[p] < 1) continue;
+    ++out.torn;
+    out.torn_area += area;
+  }
+  if (out.points > 0) out.stored = bond_energy(s.state.model, s.state.mechanics);
+  out.dissipated = s.state.mechanics.bond_dissipated;
+  return out;
+}
+
+const std::vector<double>& Session::bond_damage() const { return impl_->state.mechanics.bond_damage; }
+
+std::vector<Vec3> Session::bond_places() const {
+  std::vector<Vec3> out;
+  for (const BondPlace& place : impl_->bonds.places) out.push_back(place.rest);
+  return out;
+}
+
 std::uint64_t Session::hash() const {
   const SessionState& state = impl_->state;
   Hash hash;
@@ -420,6 +455,10 @@ std::uint64_t Session::hash() const {
   hash.add(state.mechanics.two_level_steps);
   hash.add(state.mechanics.tools);
   hash.add(state.mechanics.contacts);
+  if (!state.mechanics.bond_damage.empty()) {
+    hash.add(state.mechanics.bond_damage);
+    hash.add(state.mechanics.bond_dissipated);
+  }
   for (const RememberedContact& c : state.touching.contacts) {
     hash.add(c.key);
     hash.add(c.normal);

@@ -134,6 +134,19 @@ class Session {
   /// for undo and redo. Errors as of that command in a scene: nothing has changed.
   Status apply(const SceneCommand& command);
 
+  /// What is left of the scene's bonds.
+  struct BondState {
+    std::size_t points = 0, torn = 0;
+    double area = 0;        ///< m^2, of all
+    double torn_area = 0;   ///< m^2
+    double stored = 0;      ///< J
+    double dissipated = 0;  ///< J that tearing has taken; what a blade severs is not in it
+  };
+  [[nodiscard]] BondState bonds() const;
+  /// Damage of each point, 0 to 1, and where they are at rest.
+  [[nodiscard]] const std::vector<double>& bond_damage() const;
+  [[nodiscard]] std::vector<Vec3> bond_places() const;
+
   /// A stroke by hand, in the world or in the shape at rest. `through`: the blade cuts every layer that it meets, else the first one from its
   /// base. A stroke in progress ends first.
   Status begin_stroke(SceneFrame frame, bool through);

@@ -156,7 +156,7 @@ Result<StepReport> Session::Impl::advance_part(double t, double h, int least_par
     const auto start = Clock::now();
     passing.clear();
     find_contacts(scene, state.body, state.model, state.mechanics, state.tools, t, h, step_options.gravity,
-                  state.touching, contact, [this](const Contact& c) { return lets_pass(c); });
+                  state.touching, contact, [this](const Contact& c) { return is_bonded(c) || lets_pass(c); });
     add_edge_rows(state.body, state.mechanics, edge_presses, contact);
     state.touching.passing = passing;
     detection_seconds += seconds_since(start);

@@ -17,6 +17,7 @@ constexpr int kMostDustNotes = 20;
 std::vector<std::uint8_t> Session::Impl::dust_of_stroke(RemovalReport& report) {
   const StrokeRecord& record = state.strokes.back();
   const CollisionMesh& mesh = state.body.complex.collision;
+  if (!bonds.empty()) return {};
   if (!(scene.cut.dust > 0) || record.after.pieces <= record.before.pieces) return {};
   const double most = *std::max_element(uncut_volume.begin(), uncut_volume.end());
   std::vector<SmallPiece> small =

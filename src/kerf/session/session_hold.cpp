@@ -23,6 +23,9 @@ constexpr double kHoldStiffness = 25;
 /// Of the body's size: what fixed nodes may lie beside a line, or a point, and be noted as one.
 constexpr double kHingeWidth = 1e-6;
 
+/// Damage from which on bonds leave it to contact to keep skins apart.
+constexpr double kLooseBond = 0.9;
+
 double least_cell_edge(const HexMesh& hex, HexId copy) {
   const Vec3 cell = hex.frame_of(copy).cell;
   return std::min({cell.x, cell.y, cell.z});
@@ -230,9 +233,103 @@ void Session::Impl::aim_holds(double until) {
   }
 }
 
+void Session::Impl::bonds_follow(std::span<const CollisionTriangle> triangles, std::span<const HexId> copies) {
+  if (bonds.empty()) return;
+  bonds_stale = true;
+  const CollisionMesh& mesh = state.body.complex.collision;
+  for (const CollisionTriangle t : triangles) {
+    if (!mesh.root.contains(t)) continue;
+    const std::size_t r = mesh.root[t].index();
+    if (r >= stale_roots.size()) stale_roots.resize(r + 1, 0);
+    stale_roots[r] = 1;
+  }
+  for (const HexId h : copies) {
+    if (h.index() >= stale_copies.size()) stale_copies.resize(h.index() + 1, 0);
+    stale_copies[h.index()] = 1;
+  }
+}
+
+void Session::Impl::renew_bonds() {
+  if (!bonds_stale) return;
+  list_root_triangles(state.body.complex.collision, root_triangles);
+  const auto flagged = [](const std::vector<std::uint8_t>& flags, auto id) {
+    return !id.valid() || (id.index() < flags.size() && flags[id.index()] != 0);
+  };
+  for (std::size_t p = 0; p < bonds.places.size(); ++p) {
+    const BondPlace& place = bonds.places[p];
+    const BondPoint& was = state.model.bond_points()[p];
+    bool stale = all_bonds_stale;
+    for (std::size_t side = 0; side < 2; ++side)
+      stale = stale || flagged(stale_roots, place.root[side]) || flagged(stale_copies, was.element[side]) ||
+              !state.model.has_element(was.element[side]);
+    if (!stale) continue;
+    const BondPoint now = bond_point(state.body, place, root_triangles);
+    if (now.element != was.element || now.local != was.local) state.model.set_bond_point(p, now);
+  }
+  std::fill(stale_roots.begin(), stale_roots.end(), std::uint8_t{0});
+  std::fill(stale_copies.begin(), stale_copies.end(), std::uint8_t{0});
+  bonds_stale = all_bonds_stale = false;
+}
+
+void Session::Impl::sever_bonds(const BladeEdge& from, const BladeEdge& to) {
+  if (bonds.empty()) return;
+  renew_bonds();
+  Box3 reached;
+  for (const Vec3 p : {from.base, from.tip, to.base, to.tip}) reached.add(p);
+  const bool at_rest = state.stroke && state.stroke->frame == SceneFrame::kRest;
+  for (std::size_t p = 0; p < bonds.places.size(); ++p) {
+    double& damage = state.mechanics.bond_damage[p];
+    if (!(damage < 1)) continue;
+    const BondPlace& place = bonds.places[p];
+    Vec3 middle = place.rest, normal = place.normal, gap;
+    if (!at_rest) {
+      const BondPoint& point = state.model.bond_points()[p];
+      std::array<Vec3, 2> ends;
+      Vec3 turned;
+      bool there = true;
+      for (std::size_t side = 0; side < 2; ++side) {
+        there = there && point.element[side].valid();
+        if (!there) break;
+        ends[side] = point_position(state.body.hex, {point.element[side], point.local[side]}, state.mechanics.positions);
+        turned += state.mechanics.rotations[point.element[side].index()] *
+                  transposed_times(state.body.hex.frame_of(point.element[side]).axes, place.normal);
+      }
+      if (!there) continue;
+      middle = 0.5 * (ends[0] + ends[1]);
+      gap = ends[1] - ends[0];
+      normal = norm(turned) > 0 ? normalized(turned) : place.normal;
+    }
+    const double reach = place.reach + 0.5 * norm(gap);
+    if (norm(middle - reached.center()) > 0.5 * reached.diagonal() + reach) continue;
+    if (!sweeps(from, to, middle - reach * normal, middle + reach * normal)) continue;
+    damage = 1;
+    if (state.stroke) state.stroke->severed = true;
+  }
+}
+
+bool Session::Impl::is_bonded(const Contact& c) const {
+  if (bonds.empty() || c.tool >= 0 || c.obstacle >= 0 || !c.b.vertex[0].valid()) return false;
+  const CollisionMesh& mesh = state.body.complex.collision;
+  const auto rest_of = [&](const SurfacePoint& s) {
+    Vec3 at;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (s.vertex[k].valid()) at += s.weight[k] * (mesh.rest[s.vertex[k]] + s.lift * mesh.offset[s.vertex[k]]);
+    return at;
+  };
+  const Vec3 a = rest_of(c.a), b = rest_of(c.b);
+  bool bonded = false;
+  bonds.for_each_near(a, [&](std::int32_t p) {
+    const BondPlace& place = bonds.places[static_cast<std::size_t>(p)];
+    bonded = bonded || (state.mechanics.bond_damage[static_cast<std::size_t>(p)] < kLooseBond &&
+                        norm(place.rest - a) < 1.5 * bonds.spacing && norm(place.rest - b) < 3 * bonds.spacing);
+  });
+  return bonded;
+}
+
 Status Session::Impl::renew_springs() {
   const Body& body = state.body;
   springs_stale = false;
+  renew_bonds();
   state.model.clear_springs();
   for (Grasp& g : state.grasps) {
     g.springs.clear();

@@ -20,6 +20,7 @@
 #include "kerf/lattice/tip_glue.h"
 #include "kerf/mechanics/speed_cap.h"
 #include "kerf/scene/rigid_motion.h"
+#include "kerf/session/body_bonds.h"
 #include "kerf/session/body_build.h"
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/contact_step.h"
@@ -53,6 +54,7 @@ struct ActiveStroke {
   bool shaved = false;       ///< one of them took something off
   SceneShave shave;          ///< of a command
   CollisionVertex shave_left, shave_until;  ///< what the last pass had no time for: ShaveOptions::first, until
+  bool severed = false;                     ///< the blade went through bonds
   bool from_command = false;                ///< poses come from `command`
   bool uncut_noted = false;
   LeaningCut leaning;      ///< the most so far
@@ -155,8 +157,12 @@ struct Session::Impl {
   std::optional<ComplexRenaming> swept;  ///< ids that the dust of the last stroke to end has changed
   int dust_notes = 0;
   SessionState state;
+  BodyBonds bonds;
 
   // memory without state
+  RootTriangles root_triangles;
+  std::vector<std::uint8_t> stale_roots, stale_copies;  ///< whose bonds are to be found anew
+  bool bonds_stale = false, all_bonds_stale = false;
   CutScratch cut_scratch;
   LatticeScratch lattice_scratch;
   LatticeChange lattice_change;
@@ -369,6 +375,14 @@ struct Session::Impl {
   Status renew_springs();
   Status fresh_springs() { return springs_stale ? renew_springs() : Status{}; }
   bool springs_stale = false;
+  /// Bonds follow what a cut has changed: those of these triangles' roots, and of copies.
+  void bonds_follow(std::span<const CollisionTriangle> triangles, std::span<const HexId> copies);
+  void all_bonds_follow() { bonds_stale = all_bonds_stale = !bonds.empty(); }
+  void renew_bonds();
+  /// A blade has gone from one pose straight to another: bonds that it went through are gone.
+  void sever_bonds(const BladeEdge& from, const BladeEdge& to);
+  /// Is a contact one of skins that are bonded there?
+  [[nodiscard]] bool is_bonded(const Contact& c) const;
   /// Takes the grasp of a tool away, if there is one.
   Status let_go(std::size_t tool);
   /// What holds the body is told where it is at `until`, the end of the part of a step that is solved next: once for every part, or what

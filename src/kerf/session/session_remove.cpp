@@ -236,6 +236,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
 
 Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>& remove,
                                                 std::optional<PieceRemoval>& undo) {
+  if (!bonds.empty()) return bad_input("pieces of bodies that are bonded can't be taken away");
   PieceRemoval before{state.body, state.measures, {}, {}, {}, {}};
   for (std::size_t i = 0; i < state.model.node_count(); ++i) {
     before.fixed.push_back(state.model.is_fixed(NodeId(i)) ? 1 : 0);

@@ -197,6 +197,8 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   // The blade meets the body as it is now, or as it was before anything moved.
   place_for_sweep(state.stroke->frame);
   CutTimes following;
+  const bool had_pose = blade.started;
+  const BladeEdge last_pose = blade.edge;
   begin_pose();
   const bool gone_by = !blade.passed.empty(), taken_back = blade.provisional && !gone_by;
   if (taken_back) {
@@ -232,6 +234,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
     return trouble;
   }
   end_pose();
+  if (had_pose) sever_bonds(last_pose, edge);
   record.triangles += report.steps;
   record.refused += report.refused;
   record.retried += report.retried;
@@ -266,6 +269,10 @@ Status Session::Impl::follow_complex(CutTimes& times) {
                  lattice_change.triangles.end(), std::back_inserter(to_embed));
   embed_triangles(body.complex, body.hex, to_embed, body.embedding, embedding_scratch, moved);
   note_moved(skin, moved);
+  if (!bonds.empty()) {
+    bonds_follow(to_embed, lattice_change.changed_copies);
+    bonds_follow({}, lattice_change.dead_copies);
+  }
   changed_visual = topology_change.visual_triangles;
   for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count();
        ++f.value)
@@ -350,7 +357,9 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   // Backwards, so that each finds its matrix again when they are set in order.
   for (std::size_t i = touched.size(); i-- > 0;) remove(touched[i]);
   state.model.clear_springs();
+  if (!bonds.empty()) bonds_follow(pieces_changed, touched);
   journal_rollback(body, mark);
+  if (!bonds.empty()) bonds_follow(pieces_changed, touched);
   contact_follows(topology_change.triangles);
   const Status truncated = state.model.truncate(nodes.size, copies.size);
   KERF_ASSERT(truncated.ok());
@@ -390,7 +399,8 @@ Status Session::Impl::end_stroke() {
   record.finished = true;
   record.ended = state.time;
   record.after = counts();
-  const bool idle = record.after == record.before && !stroke.shaved;  // every cut makes new vertices
+  const bool idle =
+      record.after == record.before && !stroke.shaved && !stroke.severed;  // every cut makes new vertices
   if (idle) note_idle_stroke();
   const std::vector<std::uint8_t> dust = dust_of_stroke(record.removed);
   const std::string place = std::move(stroke.place);
@@ -446,6 +456,7 @@ Status Session::Impl::cancel_stroke() {
   keep_grasps_on(ancestors);
   positions_changed();
   springs_stale = true;
+  all_bonds_follow();
   return {};
 }
 
@@ -539,6 +550,7 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
   to.push(std::move(step));
   positions_changed();
   springs_stale = true;
+  all_bonds_follow();
   renew_loads();
   return {};
 }

@@ -1,0 +1,199 @@
+// Layers that are bonded: a scalpel cuts as deep as its edge reaches, a blade led flat between two of them parts them, and undo brings all of it back.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "kerf/session/session.h"
+#include "session/make_session.h"
+
+namespace kerf::bonded_bodies_test {
+namespace {
+
+using test::make;
+
+void expect_valid(const Session& session) {
+  const Status valid = session.validate();
+  EXPECT_TRUE(valid.ok()) << valid.error().message;
+}
+
+SceneBody layer(const char* name, double bottom, double thickness, double young) {
+  SceneBody body;
+  body.name = name;
+  body.model = "closed-sheet";
+  body.options.visual_triangles = 1500;
+  body.options.collision_triangles = 72;
+  body.size = Vec3{0.12, 0.09, thickness};
+  body.position = {0, 0, bottom + thickness / 2};
+  body.material.young = young;
+  body.material.density = 1000;
+  return body;
+}
+
+SceneBond bond(const char* lower, const char* upper) {
+  SceneBond b;
+  b.lower = lower;
+  b.upper = upper;
+  b.strength = 5e3;
+  b.toughness = 30;
+  return b;
+}
+
+/// Muscle 10 mm, fat 8, skin 2, from z = 0 up; the muscle is held from below.
+Scene pad() {
+  Scene scene;
+  scene.body = layer("muscle", 0, 0.010, 50e3);
+  scene.more_bodies = {layer("fat", 0.010, 0.008, 20e3), layer("skin", 0.018, 0.002, 200e3)};
+  scene.bonds = {bond("muscle", "fat"), bond("fat", "skin")};
+  SceneFix& fix = scene.fixes.emplace_back();
+  fix.region.shape = SceneRegion::Shape::kHalfSpace;
+  fix.region.point = {0, 0, 0.0005};
+  fix.region.normal = {0, 0, -1};
+  scene.simulation.time_step = 0.005;
+  return scene;
+}
+
+/// Across the whole pad at this x, to this depth, in steps.
+void cut_across(Session& session, double x, double deep) {
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kWorld, true).ok());
+  for (int i = 0; i <= 24; ++i) {
+    const double y = -0.06 + 0.005 * i;
+    const Status done = session.move_blade({x, y, 0.05}, {x, y, deep});
+    ASSERT_TRUE(done.ok()) << done.error().message;
+    ASSERT_TRUE(session.step(1).ok());
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+}
+
+/// kg of each piece, ascending.
+std::vector<double> masses(const Session& session) {
+  std::vector<double> out = session.piece_masses().mass;
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+TEST(BondedBodies, PointsCoverTheSkinsThatFaceEachOther) {
+  const Session session = make(pad());
+  const Session::BondState bonds = session.bonds();
+  EXPECT_NEAR(bonds.area, 2 * 0.12 * 0.09, 1e-9);
+  EXPECT_GE(bonds.points, 2u * 16 * 81);
+  EXPECT_EQ(bonds.torn, 0u);
+  for (const Vec3 p : session.bond_places()) EXPECT_NEAR(std::min(std::abs(p.z - 0.010), std::abs(p.z - 0.018)), 0, 1e-9);
+}
+
+TEST(BondedBodies, HoldTheirWeightAndStayAtRest) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(100).ok());
+  EXPECT_EQ(session.bonds().torn, 0u);
+  for (const double d : session.bond_damage()) EXPECT_EQ(d, 0);
+  expect_valid(session);
+}
+
+TEST(BondedBodies, AScalpelThatEndsInTheSecondLayerLeavesTheThirdWhole) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(5).ok());
+  const auto before = session.snapshot();
+  const std::uint64_t hash = session.hash();
+  cut_across(session, 0.013, 0.0115);
+  expect_valid(session);
+  EXPECT_EQ(session.counts().pieces, 5);
+  const std::vector<double> kg = masses(session);
+  ASSERT_EQ(kg.size(), 5u);
+  const double left = (0.06 + 0.013) / 0.12, area = 0.12 * 0.09 * 1000;
+  const std::vector<double> want = {0.002 * (1 - left) * area, 0.002 * left * area, 0.008 * (1 - left) * area,
+                                    0.008 * left * area, 0.010 * area};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(kg[i] / want[i], 1, 0.02) << i;
+  EXPECT_EQ(session.bonds().torn, 0u);  // the blade stands upright on them
+  ASSERT_TRUE(session.step(40).ok());
+  expect_valid(session);
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.counts().pieces, 3);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.counts().pieces, 5);
+  session.restore(before);
+  EXPECT_EQ(session.hash(), hash);
+}
+
+TEST(BondedBodies, OneThatEndsInTheFirstLayerCutsTheFirstAlone) {
+  Session session = make(pad());
+  cut_across(session, 0.0, 0.0185);
+  EXPECT_EQ(session.counts().pieces, 4);
+  expect_valid(session);
+}
+
+TEST(BondedBodies, ABladeLedFlatBetweenTwoLayersPartsThem) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(5).ok());
+  const std::uint64_t hash = session.hash();
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
+  // Along the boundary of skin and fat, under half of the skin.
+  for (int i = 0; i <= 13; ++i) {
+    const double x = 0.065 - 0.005 * i;
+    ASSERT_TRUE(session.move_blade({x, -0.06, 0.018}, {x, 0.06, 0.018}).ok());
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+  EXPECT_EQ(session.counts().pieces, 3);
+  EXPECT_NEAR(session.bonds().torn_area, 0.06 * 0.09, 0.03 * 0.06 * 0.09);
+  EXPECT_EQ(session.undo_depth(), 1);
+  const std::uint64_t cut = session.hash();
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.hash(), hash);
+  EXPECT_EQ(session.bonds().torn, 0u);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.hash(), cut);
+  ASSERT_TRUE(session.step(40).ok());
+  expect_valid(session);
+}
+
+TEST(BondedBodies, WhatIsPulledOffTears) {
+  Scene scene = pad();
+  scene.contact.enabled = false;
+  Session session = make(scene);
+  SceneCommand hold;
+  SceneGrasp grasp;
+  grasp.id = "corner";
+  grasp.point = {0.06, 0.045, 0.019};
+  grasp.radius = 0.02;
+  hold.what = grasp;
+  ASSERT_TRUE(session.apply(hold).ok());
+  SceneCommand pull;
+  SceneMove move;
+  move.id = "corner";
+  move.by = Vec3{-0.02, -0.02, 0.04};
+  move.over = 0.8;
+  pull.what = move;
+  ASSERT_TRUE(session.apply(pull).ok());
+  const auto began = session.snapshot();
+  std::vector<double> damage = session.bond_damage();
+  for (int i = 0; i < 160; ++i) {
+    ASSERT_TRUE(session.step(1).ok());
+    for (std::size_t p = 0; p < damage.size(); ++p) EXPECT_GE(session.bond_damage()[p], damage[p]);
+    damage = session.bond_damage();
+  }
+  const Session::BondState bonds = session.bonds();
+  EXPECT_GT(bonds.torn, 50u);
+  EXPECT_LT(bonds.torn, bonds.points / 2);
+  EXPECT_NEAR(bonds.dissipated / bonds.torn_area / 30, 1.3, 0.35);  // with what is torn in part
+  expect_valid(session);
+  const std::uint64_t hash = session.hash();
+  session.restore(began);
+  ASSERT_TRUE(session.step(160).ok());
+  EXPECT_EQ(session.hash(), hash);
+}
+
+TEST(BondedBodies, WhatCannotBeIsAnError) {
+  Scene scene = pad();
+  scene.bonds[0].lower = "bone";
+  EXPECT_NE(Session::create(scene).error().message.find("there is no body \"bone\""), std::string::npos);
+  scene = pad();
+  scene.bonds[1].lower = "skin";
+  EXPECT_NE(Session::create(scene).error().message.find("to itself"), std::string::npos);
+  scene = pad();
+  scene.bonds[1].lower = "muscle";
+  EXPECT_NE(Session::create(scene).error().message.find("no skin of \"skin\" is within"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kerf::bonded_bodies_test

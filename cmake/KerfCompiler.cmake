@@ -22,3 +22,9 @@ if(KERF_SANITIZE)
     target_compile_options(kerf_flags INTERFACE -fno-sanitize=null,alignment,vptr,object-size)
   endif()
 endif()
+
+# A browser's worker: no threads, no files, and exceptions end the module. What is called there most is worth the bytes of -O3.
+if(KERF_WASM)
+  target_compile_options(kerf_flags INTERFACE -msimd128 -fignore-exceptions)
+  target_compile_definitions(kerf_flags INTERFACE KERF_ONE_THREAD KERF_FILES_IN_MEMORY)
+endif()

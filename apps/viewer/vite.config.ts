@@ -14,10 +14,16 @@ const licences = {
 
 // `kerf view` serves the built page; in development `npm run dev` forwards the socket to KERF_SERVER, which must be
 // started with --dev-origin http://localhost:5173.
-export default defineConfig({
+// `vite build --mode single` puts all scripts into one, for a page in one file (scripts/share).
+export default defineConfig(({ mode }) => ({
   base: './',
   plugins: [licences],
   build: {
+    ...(mode === 'single' && {
+      outDir: '../../build/page-single',
+      emptyOutDir: true,
+      rollupOptions: { output: { inlineDynamicImports: true } },
+    }),
     target: 'es2022',
     assetsInlineLimit: 0,
     chunkSizeWarningLimit: 900,
@@ -29,4 +35,4 @@ export default defineConfig({
   },
   // A busy machine is no failure.
   test: { include: ['tests/**/*.test.ts'], environment: 'node', testTimeout: 120_000 },
-});
+}));

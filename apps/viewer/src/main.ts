@@ -39,6 +39,16 @@ async function start(): Promise<void> {
     const { MockEngine } = await import('./engine/mock_engine');
     const rings = Number(query.get('rings')) || 28;
     engine = new MockEngine({ rings, segments: Math.round(3.4 * rings) });
+  } else if ((query.get('engine') ?? document.documentElement.dataset.engine) === 'worker') {
+    const { WorkerEngine } = await import('./engine/worker_engine');
+    // A page in one file has it all in itself.
+    const inside = document.getElementById('kerf-inside')?.textContent;
+    engine = new WorkerEngine({
+      from: inside
+        ? (JSON.parse(inside) as { code: string; scenes: Record<string, string> })
+        : new URL('.', location.href).href,
+      scene: query.get('scene') ?? document.documentElement.dataset.scene ?? 'steak',
+    });
   } else {
     const url = new URL('engine', location.href);
     url.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';

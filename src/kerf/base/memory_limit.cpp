@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <fstream>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <string>
+#ifndef __wasm__
+#include <fstream>
+#include <sstream>
+#endif
 
 namespace kerf {
 namespace {
@@ -15,6 +17,18 @@ constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kHalf = 2;  // the other half is for the system, its cache of files and other programs
 
 std::atomic<std::uint64_t> given{kUnlimited};
+
+#ifdef __wasm__
+
+}  // namespace
+
+/// What is left of the address space: browsers give memory as it is asked for, and don't say how much they have.
+std::uint64_t free_memory(const std::string& /*root*/) {
+  constexpr std::uint64_t kAddresses = std::uint64_t{1} << 32, kPage = 65536;
+  return kAddresses - std::min(kAddresses, kPage * __builtin_wasm_memory_size(0));
+}
+
+#else
 
 // Names are plain text: std::filesystem::path of GCC 12 frees twice where memory runs out in operator/.
 
@@ -70,6 +84,8 @@ std::uint64_t free_memory(const std::string& root) {
                   "memory.usage_in_bytes", free);
   return free == kUnlimited ? 0 : free;
 }
+
+#endif
 
 std::uint64_t memory_limit() {
   if (memory_limit_is_given()) return given;

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <mutex>
 
 #include "kerf/base/at.h"
 #include "kerf/base/indexed.h"
 #include "kerf/base/parallel.h"
+#include "kerf/base/threads.h"
 #include "kerf/binding/m_matrix_lu.h"
 #include "kerf/spatial/predicates.h"
 
@@ -53,19 +53,19 @@ struct PatchSystem {
 class PatchSystems {
  public:
   std::unique_ptr<PatchSystem> take() {
-    const std::scoped_lock lock(mutex_);
+    const Lock lock(mutex_);
     if (idle_.empty()) return std::make_unique<PatchSystem>();
     auto system = std::move(idle_.back());
     idle_.pop_back();
     return system;
   }
   void give_back(std::unique_ptr<PatchSystem> system) {
-    const std::scoped_lock lock(mutex_);
+    const Lock lock(mutex_);
     idle_.push_back(std::move(system));
   }
 
  private:
-  std::mutex mutex_;
+  Mutex mutex_;
   std::vector<std::unique_ptr<PatchSystem>> idle_;
 };
 

@@ -279,10 +279,9 @@ Status Engine::Impl::make_export(std::uint32_t client, const PendingExport& want
   if (!place) return place.error();
   KERF_TRY(write_final_meshes(*session, wanted.meshes, place->path()));
   for (const char* name : {"visual.obj", "collision.obj", "hexahedra.vtu"}) {
-    const std::filesystem::path path = place->path() / name;
-    std::error_code code;
-    if (!std::filesystem::exists(path, code)) continue;
-    auto bytes = read_whole_file(path.string(), kOtherFile);
+    const std::string path = (place->path() / name).string();
+    if (!is_there(path)) continue;
+    auto bytes = read_whole_file(path, kOtherFile);
     if (!bytes) return bytes.error();
     send(client, protocol::encode(protocol::File{wanted.request, source.name + "_" + name, bytes->view()}));
   }

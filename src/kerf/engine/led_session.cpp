@@ -5,20 +5,20 @@
 namespace kerf {
 
 void LedSession::enter() {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   wait_for(turn_, lock, [&] { return !looked_at_ && !waits_to_look_; });
   led_ = true;
 }
 
 void LedSession::leave(std::uint64_t changes) {
-  const std::scoped_lock lock(mutex_);
+  const Lock lock(mutex_);
   changes_ = changes;
   led_ = false;
   turn_.notify_all();
 }
 
 void LedSession::let_look(std::uint64_t changes) {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   changes_ = changes;
   if (!waits_to_look_) return;
   led_ = false;
@@ -28,18 +28,18 @@ void LedSession::let_look(std::uint64_t changes) {
 }
 
 void LedSession::end() {
-  const std::scoped_lock lock(mutex_);
+  const Lock lock(mutex_);
   ended_ = true;
   turn_.notify_all();
 }
 
 std::uint64_t LedSession::changes() const {
-  const std::scoped_lock lock(mutex_);
+  const Lock lock(mutex_);
   return changes_;
 }
 
 bool LedSession::begin_look() {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   waits_to_look_ = true;
   wait_for(turn_, lock, [&] { return !led_ || ended_; });
   waits_to_look_ = false;
@@ -49,7 +49,7 @@ bool LedSession::begin_look() {
 }
 
 void LedSession::end_look() {
-  const std::scoped_lock lock(mutex_);
+  const Lock lock(mutex_);
   looked_at_ = false;
   turn_.notify_all();
 }

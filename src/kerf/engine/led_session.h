@@ -1,10 +1,9 @@
 // A session that a program leads while pages watch it: one of the two is in it at a time, in the order in which they come.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 
+#include "kerf/base/threads.h"
 #include "kerf/session/session.h"
 
 namespace kerf {
@@ -57,8 +56,8 @@ class LedSession {
 
   Session* session_;
   SessionStep last_step_;
-  mutable std::mutex mutex_;
-  std::condition_variable turn_;
+  mutable Mutex mutex_;
+  Condition turn_;
   std::uint64_t changes_ = 0;
   bool led_ = false, looked_at_ = false, waits_to_look_ = false, ended_ = false;
 };

@@ -176,7 +176,7 @@ void SceneLoader::begin(SceneRequest request) {
   Job& job = *job_;
   auto work = [&job, request = std::move(request)]() mutable {
     const auto tell = [&job](std::string_view stage, double fraction) {
-      const std::scoped_lock lock(job.mutex);
+      const Lock lock(job.mutex);
       job.where = {std::string(stage), fraction};
       return !job.stop;
     };
@@ -192,7 +192,7 @@ void SceneLoader::begin(SceneRequest request) {
     job.done = true;
   };
   try {
-    job.thread = std::thread(std::move(work));
+    job.thread = Thread(std::move(work));
   } catch (const std::exception&) {  // a thread needs a stack and a place among the processes
     job.outcome = no_thread();
     job.done = true;
@@ -201,7 +201,7 @@ void SceneLoader::begin(SceneRequest request) {
 
 SceneLoader::Where SceneLoader::where() const {
   if (!job_ || next_) return {};
-  const std::scoped_lock lock(job_->mutex);
+  const Lock lock(job_->mutex);
   return job_->where;
 }
 
@@ -227,7 +227,7 @@ std::optional<Result<std::unique_ptr<LoadedScene>>> SceneLoader::take() {
 void SceneLoader::dispose(std::unique_ptr<LoadedScene> scene) {
   if (disposer_.joinable()) disposer_.join();
   try {
-    disposer_ = std::thread([scene = std::move(scene)]() mutable { scene.reset(); });
+    disposer_ = Thread([scene = std::move(scene)]() mutable { scene.reset(); });
   } catch (const std::exception&) {
     // Without a thread the scene has been freed here, with the function that had it.
   }

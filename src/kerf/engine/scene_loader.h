@@ -4,13 +4,12 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "kerf/base/progress.h"
 #include "kerf/base/result.h"
+#include "kerf/base/threads.h"
 #include "kerf/engine/drawn_body.h"
 #include "kerf/engine/drawn_things.h"
 #include "kerf/engine/scene_script.h"
@@ -92,10 +91,10 @@ class SceneLoader {
  private:
   struct Job {
     std::atomic<bool> stop = false, done = false;
-    mutable std::mutex mutex;  ///< of `where`
+    mutable Mutex mutex;  ///< of `where`
     Where where;
     std::optional<Result<std::unique_ptr<LoadedScene>>> outcome;  ///< read when done
-    std::thread thread;
+    Thread thread;
   };
   void begin(SceneRequest request);
 
@@ -103,7 +102,7 @@ class SceneLoader {
   std::optional<SceneRequest> next_;
   bool wanted_ = false;
   std::uint32_t client_ = 0, input_ = 0;
-  std::thread disposer_;
+  Thread disposer_;
 };
 
 }  // namespace kerf

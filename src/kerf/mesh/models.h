@@ -39,9 +39,9 @@ struct Model {
 
 /// Zero means "the model's own default".
 struct ModelOptions {
-  std::size_t visual_triangles =
+  std::uint64_t visual_triangles =
       0;  ///< exact where the paper gives counts, otherwise the nearest that the model can have
-  std::size_t collision_triangles = 0;  ///< one of the counts that the model offers
+  std::uint64_t collision_triangles = 0;  ///< one of the counts that the model offers
   double rim_radius = 0;   ///< closed-sheet only: how far its rim bulges beyond its faces, metres; 0 is a sharp rim
   double bend = 0;         ///< angle, radians, by which the model is bent about the y axis (see bend())
   double bumps = 0;        ///< amplitude of smooth bumps of visual and collision mesh, metres (see add_bumps())

@@ -148,7 +148,7 @@ Result<TriangleMesh> parse_off(std::string_view bytes, const std::string& name) 
     if (mesh.triangles.size() + face.size() - 2 > kMaxTriangles) {
       return error("more triangles than 32-bit ids can name; split the mesh");
     }
-    if (face.size() > 3) polygons.push_back({mesh.triangles.size(), face.size(), f + 1});
+    if (face.size() > 3) polygons.push_back({mesh.triangles.size(), face.size(), static_cast<std::size_t>(f + 1)});
     for (std::size_t i = 2; i < face.size(); ++i) {
       mesh.triangles.push_back({face[0], face[i - 1], face[i]});
       if (has_texture) {

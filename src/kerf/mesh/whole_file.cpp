@@ -1,3 +1,5 @@
+#ifndef KERF_FILES_IN_MEMORY  // else memory_files.cpp has these functions
+
 #include "kerf/mesh/whole_file.h"
 
 #include <fcntl.h>
@@ -226,6 +228,16 @@ Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind)
   return bytes;
 }
 
+bool is_there(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0;
+}
+
+bool is_regular_file(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && S_ISREG(info.st_mode);
+}
+
 void remove_unfinished(const std::string& path) { remove_unfinished(path, -1); }
 
 std::string_view name_of_unfinished(std::string_view name) {
@@ -431,4 +443,11 @@ Status replace_file(const std::string& path, std::string_view bytes) {
   return file.commit();
 }
 
+void remove_folder(const std::string& folder) {
+  std::error_code code;
+  std::filesystem::remove_all(folder, code);
+}
+
 }  // namespace kerf
+
+#endif

@@ -24,6 +24,10 @@ struct FileBytes {
 /// as far as it reached.
 Result<FileBytes> read_whole_file(const std::string& path, const FileKind& kind);
 
+/// Does a name lead to anything, and to a regular file? Symbolic links are followed.
+bool is_there(const std::string& path);
+bool is_regular_file(const std::string& path);
+
 /// What is said where memory ends while a file is read.
 Error too_little_memory(const std::string& path);
 
@@ -127,5 +131,8 @@ class ComparedFile {
 
 /// Replaces a file by these bytes.
 Status replace_file(const std::string& path, std::string_view bytes);
+
+/// Removes a folder with all that it holds; what can't be removed stays.
+void remove_folder(const std::string& folder);
 
 }  // namespace kerf

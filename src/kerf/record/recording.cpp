@@ -420,6 +420,8 @@ std::string_view instruction_set() {
   return "x86-64";
 #elif defined(__aarch64__)
   return "arm64";
+#elif defined(__wasm_simd128__)
+  return "wasm32 with SIMD";
 #else
   return "unknown";
 #endif

@@ -95,6 +95,7 @@ std::vector<std::string> earlier_results(const std::filesystem::path& folder) {
   return names;
 }
 
+#ifndef KERF_FILES_IN_MEMORY  // else no run leaves results
 Status remove_results(const std::filesystem::path& folder, std::vector<std::string> names,
                       const std::vector<std::string>& kept, const std::vector<std::filesystem::path>& inputs) {
   const auto among = [](const std::vector<std::string>& all, const std::string& name) {
@@ -125,6 +126,7 @@ Status remove_results(const std::filesystem::path& folder, std::vector<std::stri
   }
   return {};
 }
+#endif
 
 Status write_final_meshes(Session& session, const std::vector<std::string>& which,
                           const std::filesystem::path& folder) {

@@ -27,7 +27,9 @@
 #undef TOML_HEADER_ONLY
 #undef TOML_SHARED_LIB
 #define TOML_HEADER_ONLY 1
+#ifndef TOML_EXCEPTIONS  // 0 where exceptions end the program
 #define TOML_EXCEPTIONS 1
+#endif
 #define TOML_FLOAT_CHARCONV 1
 #define TOML_ASSERT(expression) static_assert(true)
 #pragma push_macro("NDEBUG")
@@ -336,7 +338,6 @@ class SceneReader {
           line_of(node),
           fmt::format("{}: a scene that is uploaded can't name files; use a model, or drop the meshes themselves",
                       what));
-    std::error_code code;
     std::filesystem::path path = std::filesystem::path(written).is_absolute()
                                      ? std::filesystem::path(written)
                                      : (folders_.scene / written).lexically_normal();
@@ -344,11 +345,11 @@ class SceneReader {
     std::string looked = path.string();
     if (std::filesystem::path(written).is_relative())
       for (const std::filesystem::path& folder : folders_.meshes) {
-        if (std::filesystem::exists(path, code)) break;
+        if (is_there(path.string())) break;
         path = (folder / written).lexically_normal();
         looked += ", " + path.string();
       }
-    if (!std::filesystem::exists(path, code)) {
+    if (!is_there(path.string())) {
       problem(
           line_of(node),
           fmt::format(
@@ -356,7 +357,7 @@ class SceneReader {
               what, shown(written), looked));
       return;
     }
-    if (!std::filesystem::is_regular_file(path, code)) {
+    if (!is_regular_file(path.string())) {
       problem(line_of(node), fmt::format("{}: {} is not a file", what, path.string()));
       return;
     }
@@ -1017,13 +1018,23 @@ std::string toml_fault(std::string_view description) {
   return text;
 }
 
+Error toml_error(const toml::parse_error& error, std::string_view name) {
+  return bad_input(fmt::format("{}:{}: {}", shown(name), error.source().begin.line,
+                               shown(toml_fault(error.description()), kMostOfSentence)));
+}
+
 Result<toml::table> parse_toml(std::string_view text, std::string_view name) {
+#if TOML_EXCEPTIONS
   try {
     return toml::table(toml::parse(text));  // its reader takes memory for a name where it may not throw
   } catch (const toml::parse_error& error) {
-    return bad_input(fmt::format("{}:{}: {}", shown(name), error.source().begin.line,
-                                 shown(toml_fault(error.description()), kMostOfSentence)));
+    return toml_error(error, name);
   }
+#else
+  toml::parse_result parsed = toml::parse(text);
+  if (!parsed) return toml_error(parsed.error(), name);
+  return std::move(parsed).table();
+#endif
 }
 
 }  // namespace

@@ -1,5 +1,25 @@
 #include "kerf/scene/temporary_folder.h"
 
+#include "kerf/mesh/whole_file.h"
+
+#ifdef KERF_FILES_IN_MEMORY
+
+namespace kerf {
+
+/// Nobody else has files here: a number that was not given yet makes a name.
+Result<TemporaryFolder> TemporaryFolder::create() {
+  static int given = 0;
+  return TemporaryFolder("/tmp/" + std::to_string(++given), -1);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  if (!path_.empty()) remove_folder(path_.string());
+}
+
+}  // namespace kerf
+
+#else
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <stdlib.h>  // NOLINT: mkdtemp is POSIX
@@ -74,11 +94,10 @@ Result<TemporaryFolder> TemporaryFolder::create() {
 }
 
 TemporaryFolder::~TemporaryFolder() {
-  if (!path_.empty()) {
-    std::error_code code;
-    std::filesystem::remove_all(path_, code);
-  }
+  if (!path_.empty()) remove_folder(path_.string());
   if (lock_ >= 0) ::close(lock_);
 }
 
 }  // namespace kerf
+
+#endif

@@ -57,7 +57,7 @@ std::uint64_t body_hash(const Body& body) {
   Hash hash;
   Body& arrays = const_cast<Body&>(body);  // for_each_array hands out references; none is written to
   arrays.for_each_array([&](const auto& a) {
-    hash.add(a.size());
+    hash.add(std::uint64_t{a.size()});  // std::size_t is narrower on some platforms
     for (const auto& item : a.raw()) add(hash, item);
   });
   return hash.value();

@@ -488,7 +488,7 @@ std::uint64_t Session::hash() const {
       hash.add(std::array<Vec3, 2>{f.offset, f.velocity});
     }
   hash.add(state.steps);
-  hash.add(state.next_command);
+  hash.add(std::uint64_t{state.next_command});
   for (std::size_t i = 0; i < state.model.node_count(); ++i) hash.add(state.model.is_fixed(NodeId(i)) ? 1 : 0);
   for (const Grasp& g : state.grasps) {
     hash.add(g.points);

@@ -173,6 +173,13 @@ inline constexpr double kLeadStep = 1e-3;
 /// Cosine of 45 degrees: an arc in line with the way on which a front came goes on from it. At half, arcs nearly across that way count too; at
 /// double none does, and a front may turn back into its slit.
 inline constexpr double kArcInLine = 0.7071;
+/// Part of its square of what material spreads across a blade, as an area: from there on it is a line, and does not say how it turns. Half or double: the
+/// same arcs of random sheets.
+inline constexpr double kMoveFlat = 1e-6;
+/// Of its size: material that is squeezed more across the blade in one move, or stretched as much, does not say how it turns. Half or double: the same.
+inline constexpr double kMoveSqueezes = 0.1;
+/// Material that turns less in a move keeps still. Half or double is rounding.
+inline constexpr double kMoveStill = 1e-9;
 
 }  // namespace cut
 

@@ -278,8 +278,7 @@ void element_scale_pass(const MechanicsModel& model, StepWorkspace& w, double dt
       const double square = (dt * dt + dt * damping) * e.young_scale;
       scale[lane] = std::sqrt(square);
       if (!(whole > 0)) continue;
-      const auto piece = static_cast<std::size_t>(s.rigid.piece[e.nodes[0].index()]);
-      if (!weight && s.rigid.free_index[piece] >= 0) continue;
+      if (!weight && s.rigid.is_free(e.nodes)) continue;
       const auto& masses = model.element_masses(id);
       const Material& material = model.materials()[e.material];
       const double mass = std::accumulate(masses.begin(), masses.end(), 0.0);

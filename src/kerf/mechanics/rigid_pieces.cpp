@@ -18,6 +18,12 @@ constexpr double kTieWeight = 1e-9;
 
 }  // namespace
 
+bool RigidPieces::is_free(std::span<const NodeId> nodes) const {
+  for (const NodeId n : nodes)
+    if (n.valid() && piece[n.index()] >= 0) return free_index[static_cast<std::size_t>(piece[n.index()])] >= 0;
+  return false;
+}
+
 RigidPieces rigid_pieces(const MechanicsModel& model) {
   const MechanicsModel::Structure& s = model.structure();
   const std::size_t n = model.node_count();

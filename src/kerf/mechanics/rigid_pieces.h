@@ -6,7 +6,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
+
+#include "kerf/base/ids.h"
 
 namespace kerf {
 
@@ -20,6 +23,8 @@ struct RigidPieces {
   std::vector<std::int32_t> free;        ///< pieces without a held node and without a spring to a fixed place
   std::vector<std::int32_t> free_index;  ///< per piece: its place in `free`, or -1
   std::vector<std::int32_t> member_begin, members;  ///< per entry of `free`: its nodes
+  /// Is the piece of these nodes free? Of a cell with little material some have no mass, and so no piece.
+  [[nodiscard]] bool is_free(std::span<const NodeId> nodes) const;
 };
 
 /// Free pieces lighter than this part of a full cell, and this part of all: crumbs of slivers.

@@ -245,8 +245,7 @@ TEST_F(ProgramTest, InfoSpeaksOfOneSurface) {
   EXPECT_THAT(whole, HasSubstr("checks     nothing to mend\n"));
   EXPECT_THAT(
       whole,
-      HasSubstr(
-          "unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that"));
+      HasSubstr("unchecked  whether the body is thin, and whether it passes through itself; kerf bind checks that"));
   EXPECT_THAT(whole, ::testing::Not(HasSubstr("as repaired")));
   for (const std::string& mended : {write("turned.obj", "f 1 3 2\nf 1 4 2\nf 2 3 4\nf 3 1 4\n"),
                                     write("twice.obj", "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nf 3 1 4\n")}) {

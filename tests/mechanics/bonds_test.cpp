@@ -74,7 +74,8 @@ struct Stack {
   void place(std::size_t l, int face, double x, double y, BondPoint& out, std::size_t side) const {
     const Layer& layer = layers[l];
     const double hx = length / layer.nx, hy = width / layer.ny;
-    const int i = std::min(layer.nx - 1, static_cast<int>(x / hx)), j = std::min(layer.ny - 1, static_cast<int>(y / hy));
+    const int i = std::min(layer.nx - 1, static_cast<int>(x / hx)),
+              j = std::min(layer.ny - 1, static_cast<int>(y / hy));
     const test::Grid grid{layer.nx, layer.ny, layer.nz};
     out.element[side] = HexId(first_element[l] + grid.cell(i, j, face == 0 ? 0 : layer.nz - 1).index());
     out.local[side] = {2 * (x / hx - i) - 1, 2 * (y / hy - j) - 1, face == 0 ? -1.0 : 1.0};
@@ -82,7 +83,8 @@ struct Stack {
   /// Points between all layers, from x = from on, a square of `spacing` each or less.
   void bond(BondLaw law, double from, double spacing, double spacing_across = 0.005) {
     std::vector<BondPoint> points;
-    const int nx = static_cast<int>(std::ceil((length - from) / spacing)), ny = static_cast<int>(std::ceil(width / spacing_across));
+    const int nx = static_cast<int>(std::ceil((length - from) / spacing)),
+              ny = static_cast<int>(std::ceil(width / spacing_across));
     for (std::size_t l = 0; l + 1 < layers.size(); ++l)
       for (int j = 0; j < ny; ++j)
         for (int i = 0; i < nx; ++i) {
@@ -103,9 +105,7 @@ struct Stack {
   }
 };
 
-BondLaw strong(double stiffness) {
-  return {stiffness, {1e9, 1e9}, {1e18, 1e18}, 2};
-}
+BondLaw strong(double stiffness) { return {stiffness, {1e9, 1e9}, {1e18, 1e18}, 2}; }
 
 StepOptions quiet(double dt) {
   StepOptions o;
@@ -123,8 +123,9 @@ double deflection(Stack& stack, double load) {
     stack.for_end(l, stack.layers[l].nx, [&](NodeId) { ++ends; });
   }
   for (std::size_t l = 0; l < stack.layers.size(); ++l)
-    stack.for_end(l, stack.layers[l].nx,
-                  [&](NodeId n) { stack.model.add_load(n, {0, 0, load / static_cast<double>(ends)}); });
+    stack.for_end(l, stack.layers[l].nx, [&](NodeId n) {
+      stack.model.add_load(n, {0, 0, load / static_cast<double>(ends)});
+    });
   MechanicsState state = rest_state(stack.model);
   StepWorkspace w;
   StepOptions o = quiet(1e3);
@@ -132,9 +133,8 @@ double deflection(Stack& stack, double load) {
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(step(stack.model, state, o, w).ok());
   double sum = 0;
   std::size_t l = 0;
-  stack.for_end(l, stack.layers[l].nx, [&](NodeId n) {
-    sum += state.positions[n.index()].z - stack.model.rest_positions()[n.index()].z;
-  });
+  stack.for_end(l, stack.layers[l].nx,
+                [&](NodeId n) { sum += state.positions[n.index()].z - stack.model.rest_positions()[n.index()].z; });
   return sum / (2.0 * (stack.layers[0].ny + 1));
 }
 
@@ -164,8 +164,8 @@ TEST(BondLaw, WhatCannotBeIsRefused) {
   const BondLaw good{1e8, {1e4, 1e4}, {20, 20}, 2};
   EXPECT_TRUE(validate(good).ok());
   for (const auto& change : std::vector<std::function<void(BondLaw&)>>{
-           [](BondLaw& l) { l.stiffness = 0; }, [](BondLaw& l) { l.strength[1] = -1; }, [](BondLaw& l) { l.toughness[0] = 0.4; },
-           [](BondLaw& l) { l.mixing = std::nan(""); }}) {
+           [](BondLaw& l) { l.stiffness = 0; }, [](BondLaw& l) { l.strength[1] = -1; },
+           [](BondLaw& l) { l.toughness[0] = 0.4; }, [](BondLaw& l) { l.mixing = std::nan(""); }}) {
     BondLaw bad = good;
     change(bad);
     EXPECT_FALSE(validate(bad).ok());
@@ -331,7 +331,8 @@ TEST(Bonds, TearingGainsNoEnergyAndKeepsMomentum) {
       const std::vector<double>& mass = stack.model.structure().mass;
       for (std::size_t i = 0; i < stack.model.node_count(); ++i) {
         const Vec3 p = state.positions[i];
-        state.velocities[i] = cross(Vec3{2, 3, 1}, p) + Vec3{0.1, 0, p.z > 0.0101 || i >= stack.first_node[1] ? 0.5 : -0.5};
+        state.velocities[i] =
+            cross(Vec3{2, 3, 1}, p) + Vec3{0.1, 0, p.z > 0.0101 || i >= stack.first_node[1] ? 0.5 : -0.5};
       }
       const auto totals = [&] {
         Vec3 p, l;
@@ -342,7 +343,8 @@ TEST(Bonds, TearingGainsNoEnergyAndKeepsMomentum) {
         return std::array<Vec3, 2>{p, l};
       };
       double energy = 0;
-      for (std::size_t i = 0; i < mass.size(); ++i) energy += 0.5 * mass[i] * dot(state.velocities[i], state.velocities[i]);
+      for (std::size_t i = 0; i < mass.size(); ++i)
+        energy += 0.5 * mass[i] * dot(state.velocities[i], state.velocities[i]);
       const double began = energy;
       const auto was = totals();
       StepWorkspace w;

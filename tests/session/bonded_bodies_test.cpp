@@ -80,7 +80,8 @@ TEST(BondedBodies, PointsCoverTheSkinsThatFaceEachOther) {
   EXPECT_NEAR(bonds.area, 2 * 0.12 * 0.09, 1e-9);
   EXPECT_GE(bonds.points, 2u * 16 * 81);
   EXPECT_EQ(bonds.torn, 0u);
-  for (const Vec3 p : session.bond_places()) EXPECT_NEAR(std::min(std::abs(p.z - 0.010), std::abs(p.z - 0.018)), 0, 1e-9);
+  for (const Vec3 p : session.bond_places())
+    EXPECT_NEAR(std::min(std::abs(p.z - 0.010), std::abs(p.z - 0.018)), 0, 1e-9);
 }
 
 TEST(BondedBodies, HoldTheirWeightAndStayAtRest) {

@@ -121,8 +121,8 @@ void bend(const BondPair& pair, const BondWork::Frame& frame, Lanes (&x)[kBondSi
 void unbend(const BondPair& pair, const BondWork::Frame& frame, Lanes (&force)[kBondSide]) {
   for (std::size_t side = 0; side < 2; ++side)
     for (std::size_t k = 0; k < 2; ++k) {
-      const Lanes f = sum_of(force[kNodes + 2 * side + k] * load_lanes(frame.axis[side][2])) *
-                      load_lanes(frame.axis[side][k]);
+      const Lanes f =
+          sum_of(force[kNodes + 2 * side + k] * load_lanes(frame.axis[side][2])) * load_lanes(frame.axis[side][k]);
       for (std::size_t c = 0; c < 8; ++c) force[8 * side + c] += bend_sign(pair, side, k, c) * f;
     }
 }
@@ -224,9 +224,9 @@ Status validate(const BondLaw& law) {
       return bad_input(fmt::format("bond: strength {} Pa must be positive", law.strength[i]));
     const double least = law.strength[i] * law.strength[i] / (2 * law.stiffness);
     if (!(law.toughness[i] > least) || !std::isfinite(law.toughness[i]))
-      return bad_input(
-          fmt::format("bond: toughness {} J/m2 must be more than {:.4g}, which its strength of {} Pa takes at a stiffness of {} Pa/m",
-                      law.toughness[i], least, law.strength[i], law.stiffness));
+      return bad_input(fmt::format(
+          "bond: toughness {} J/m2 must be more than {:.4g}, which its strength of {} Pa takes at a stiffness of {} Pa/m",
+          law.toughness[i], least, law.strength[i], law.stiffness));
   }
   return {};
 }
@@ -260,8 +260,7 @@ BondStructure bond_structure(const MechanicsModel& model) {
       BondPair pair;
       pair.element = point.element;
       for (std::size_t side = 0; side < 2; ++side)
-        for (std::size_t c = 0; c < 8; ++c)
-          pair.node[8 * side + c] = model.element(point.element[side]).nodes[c].value;
+        for (std::size_t c = 0; c < 8; ++c) pair.node[8 * side + c] = model.element(point.element[side]).nodes[c].value;
       for (std::size_t side = 0; side < 2; ++side)
         pair.axis[side] = axes_along(model.cell(model.element(point.element[side]).material), point.normal);
       pair.first = static_cast<std::int32_t>(k);
@@ -446,8 +445,8 @@ double bond_energy(const MechanicsModel& model, const MechanicsState& state) {
   for (std::size_t p = 0; p < model.bond_points().size(); ++p) {
     const BondPoint& point = model.bond_points()[p];
     if (!model.has_element(point.element[0]) || !model.has_element(point.element[1])) continue;
-    const double k = (1 - state.bond_damage[p]) *
-                     model.bond_laws()[static_cast<std::size_t>(point.law)].stiffness * point.area;
+    const double k =
+        (1 - state.bond_damage[p]) * model.bond_laws()[static_cast<std::size_t>(point.law)].stiffness * point.area;
     const Vec3 gap = gap_of(model, state, point);
     sum += 0.5 * k * dot(gap, gap);
   }

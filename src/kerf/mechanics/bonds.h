@@ -44,10 +44,10 @@ struct MechanicsState;
 struct StepWorkspace;
 
 struct BondLaw {
-  double stiffness = 0;                  ///< Pa/m, > 0
-  std::array<double, 2> strength{};      ///< Pa: against opening and slip, > 0
-  std::array<double, 2> toughness{};     ///< J/m^2: of opening and slip, > strength^2 / (2 stiffness)
-  double mixing = 2;                     ///< exponent of Benzeggagh and Kenane, > 0
+  double stiffness = 0;               ///< Pa/m, > 0
+  std::array<double, 2> strength{};   ///< Pa: against opening and slip, > 0
+  std::array<double, 2> toughness{};  ///< J/m^2: of opening and slip, > strength^2 / (2 stiffness)
+  double mixing = 2;                  ///< exponent of Benzeggagh and Kenane, > 0
 };
 
 /// Bad input: what is not in the ranges above.
@@ -115,7 +115,8 @@ void bond_force_pass(const MechanicsModel& model, StepWorkspace& w);
 /// dt^2 A p of each pair into its slots.
 void bond_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const double* p, double dt);
 /// dt^2 A between two nodes of a pair, 3 x 3 by rows.
-std::array<double, 9> bond_block(const MechanicsModel& model, const StepWorkspace& w, std::size_t pair, std::size_t row, std::size_t column, double dt);
+std::array<double, 9> bond_block(const MechanicsModel& model, const StepWorkspace& w, std::size_t pair, std::size_t row,
+                                 std::size_t column, double dt);
 /// What node `corner` of a pair has of dt^2 A on the diagonal.
 double bond_diagonal(const StepWorkspace& w, std::size_t pair, std::size_t corner, double dt);
 /// Weights of the middle of a pair's points, for the coarse space.

@@ -187,8 +187,8 @@ void hold_turns_about_a_line(const CoarseStructure& s, StepWorkspace& w, std::si
 
 // A row of weights times the unit matrix.
 template <class Parts, std::size_t N>
-void add_row(const Parts& c, const std::array<std::int32_t, N>& nodes, const std::array<double, N>& weights, double scale,
-             const CoarseStructure& s, StepWorkspace& w) {
+void add_row(const Parts& c, const std::array<std::int32_t, N>& nodes, const std::array<double, N>& weights,
+             double scale, const CoarseStructure& s, StepWorkspace& w) {
   // The row on a part's motion: weight t + w x (sum of weights times arms).
   double weight[N] = {}, arm[N][3] = {};
   for (std::size_t k = 0; k < N; ++k) {

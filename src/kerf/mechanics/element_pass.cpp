@@ -181,7 +181,8 @@ inline void natural_lengths(const MechanicsModel& model, const Batch& batch, Lan
   for (Lanes& x : out) x = all_lanes(1);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (batch.element[lane] < 0) continue;
-    const Vec3 stretch = model.materials()[static_cast<std::size_t>(model.element(HexId(batch.element[lane])).material)].prestretch;
+    const Vec3 stretch =
+        model.materials()[static_cast<std::size_t>(model.element(HexId(batch.element[lane])).material)].prestretch;
     for (int a = 0; a < 3; ++a) out[a][lane] = 1 / stretch[a];
   }
 }

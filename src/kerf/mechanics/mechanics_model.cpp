@@ -615,8 +615,7 @@ void MechanicsModel::refresh() {
       }
     const std::size_t bonds = s.element_slots + 8 * s.springs.size();
     for (std::size_t i = 0; i < s.bonds.pairs.size(); ++i)
-      for (std::size_t k = 0; k < 16; ++k)
-        f(s.bonds.pairs[i].node[k], static_cast<std::int32_t>(bonds + 16 * i + k));
+      for (std::size_t k = 0; k < 16; ++k) f(s.bonds.pairs[i].node[k], static_cast<std::int32_t>(bonds + 16 * i + k));
   };
   for_each_slot([&](std::int32_t node, std::int32_t) { ++s.slot_begin[node + 1]; });
   for (std::size_t i = 0; i < n; ++i) s.slot_begin[i + 1] += s.slot_begin[i];

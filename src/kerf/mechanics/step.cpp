@@ -784,9 +784,10 @@ struct Solver {
         report.seconds_contact += seconds_since(start);
       }
       report.passes = pass + 1;
-      const double norm = pass == 0                                  ? start_solve(model, w, o.dt, o.parallel)
-                          : iterative && !w.contact.any_free_touched ? carried_residual(model, w, o.parallel)
-                                                                     : fresh_residual(model, w, false, o.dt, o.parallel);
+      const double norm = pass == 0 ? start_solve(model, w, o.dt, o.parallel)
+                          : iterative && !w.contact.any_free_touched
+                              ? carried_residual(model, w, o.parallel)
+                              : fresh_residual(model, w, false, o.dt, o.parallel);
       const bool may_end_early = contacts && pass >= kWholePasses;
       if (may_end_early) start_pass(w);
       if (!iterative) {

@@ -26,8 +26,7 @@ constexpr double kReach = 0.1, kSevered = 0.25;
 
 std::array<Vec3, 3> corners(const CollisionMesh& mesh, CollisionTriangle t) {
   std::array<Vec3, 3> out;
-  for (int k = 0; k < 3; ++k)
-    out[static_cast<std::size_t>(k)] = mesh.rest[mesh.origin[CollisionMesh::corner(t, k)]];
+  for (int k = 0; k < 3; ++k) out[static_cast<std::size_t>(k)] = mesh.rest[mesh.origin[CollisionMesh::corner(t, k)]];
   return out;
 }
 
@@ -127,11 +126,13 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
       const std::string& wanted = side == 0 ? bond.lower : bond.upper;
       bodies[side] = body_named(scene, wanted);
       if (bodies[side] < 0)
-        return at_line(scene, bond.line,
-                       bad_input(fmt::format("{}: there is no body \"{}\"; give a [[body]] that name", name, shown(wanted))));
+        return at_line(
+            scene, bond.line,
+            bad_input(fmt::format("{}: there is no body \"{}\"; give a [[body]] that name", name, shown(wanted))));
     }
     if (bodies[0] == bodies[1])
-      return at_line(scene, bond.line, bad_input(fmt::format("{} binds body \"{}\" to itself", name, shown(bond.lower))));
+      return at_line(scene, bond.line,
+                     bad_input(fmt::format("{} binds body \"{}\" to itself", name, shown(bond.lower))));
     const std::array<BondSide, 2> sides{side_of(body, model, bodies[0]), side_of(body, model, bodies[1])};
     const double thinner = std::min(sides[0].thickness, sides[1].thickness);
     const double cell = std::max(sides[0].cell, sides[1].cell);
@@ -143,9 +144,9 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
         kBondFirmness * std::min(sides[0].young / sides[0].thickness, sides[1].young / sides[1].thickness));
     law.toughness = {bond.toughness, bond.shear_toughness.value_or(bond.toughness)};
     const std::array<double, 2> wanted{bond.strength, bond.shear_strength.value_or(bond.strength)};
-    const BondSide& bends = sides[0].young * std::pow(sides[0].thickness, 3) < sides[1].young * std::pow(sides[1].thickness, 3)
-                                ? sides[0]
-                                : sides[1];
+    const BondSide& bends =
+        sides[0].young * std::pow(sides[0].thickness, 3) < sides[1].young * std::pow(sides[1].thickness, 3) ? sides[0]
+                                                                                                            : sides[1];
     for (std::size_t mode = 0; mode < 2; ++mode)
       law.strength[mode] =
           std::min(wanted[mode], resolved_strength(bends.young, bends.thickness, law.toughness[mode], cell));
@@ -173,7 +174,8 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
           const double u = (i + (j % 2 == 0 ? 1.0 / 3 : 2.0 / 3)) / n,
                        v = (j / 2 + (j % 2 == 0 ? 1.0 / 3 : 2.0 / 3)) / n;
           const std::array<double, 3> weights{1 - u - v, u, v};
-          const Vec3 middle = weights[0] * at[0] + weights[1] * at[1] + weights[2] * at[2], off = offset_at(mesh, t, weights);
+          const Vec3 middle = weights[0] * at[0] + weights[1] * at[1] + weights[2] * at[2],
+                     off = offset_at(mesh, t, weights);
           for (const double face : {-1.0, 1.0}) {
             const Vec3 skin = middle + face * off;
             ClosestPoint found;
@@ -185,12 +187,13 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
               if (candidate.distance < nearest) nearest = candidate.distance, found = candidate, in = o;
             }
             if (!in.valid()) continue;
-            const Vec3 from = found.barycentric[0] * corners(mesh, in)[0] + found.barycentric[1] * corners(mesh, in)[1] +
-                              found.barycentric[2] * corners(mesh, in)[2];
+            const Vec3 from = found.barycentric[0] * corners(mesh, in)[0] +
+                              found.barycentric[1] * corners(mesh, in)[1] + found.barycentric[2] * corners(mesh, in)[2];
             const Vec3 its = offset_at(mesh, in, found.barycentric);
             const double half = norm(its);
             const Vec3 way = skin - from;
-            if (!(std::abs(nearest - half) <= reach) || !(nearest > 0) || std::abs(dot(way, its)) < kFacing * nearest * half)
+            if (!(std::abs(nearest - half) <= reach) || !(nearest > 0) ||
+                std::abs(dot(way, its)) < kFacing * nearest * half)
               continue;
             const Vec3 normal = normalized(-face * off);  // into the upper body
             if (dot(normal, way) < kFacing * nearest) continue;
@@ -207,8 +210,9 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
     }
     if (out.places.size() == before)
       return at_line(scene, bond.line,
-                     bad_input(fmt::format("{}: no skin of \"{}\" is within {:.3g} m of \"{}\"; move them together or give it more reach",
-                                           name, shown(bond.upper), reach, shown(bond.lower))));
+                     bad_input(fmt::format(
+                         "{}: no skin of \"{}\" is within {:.3g} m of \"{}\"; move them together or give it more reach",
+                         name, shown(bond.upper), reach, shown(bond.lower))));
     out.laws.push_back(law);
     out.spacing = std::max(out.spacing, spacing);
   }

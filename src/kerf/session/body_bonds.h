@@ -32,7 +32,7 @@ struct BondPlace {
 struct BodyBonds {
   std::vector<BondLaw> laws;
   std::vector<BondPlace> places;
-  double spacing = 0;  ///< m: the widest
+  double spacing = 0;                                                  ///< m: the widest
   std::unordered_map<std::uint64_t, std::vector<std::int32_t>> boxes;  ///< places by cells of that size
   [[nodiscard]] bool empty() const { return places.empty(); }
   /// Calls fn(number) for every place within about `spacing` of a rest point.

@@ -60,7 +60,8 @@ std::size_t UndoStep::bytes() const {
     held += (g.points.size() + g.other_points.size()) * (sizeof(CollisionVertex) + sizeof(Vec3));
   return held + touching.bytes() + topology.bytes() +
          (mechanics.positions.size() + mechanics.velocities.size()) * sizeof(Vec3) +
-         mechanics.rotations.size() * sizeof(Mat3) + mechanics.bond_damage.size() * sizeof(double) + fade.bytes() + (removal ? removal->bytes() : 0);
+         mechanics.rotations.size() * sizeof(Mat3) + mechanics.bond_damage.size() * sizeof(double) + fade.bytes() +
+         (removal ? removal->bytes() : 0);
 }
 
 void UndoList::push(UndoStep step) {

@@ -290,7 +290,8 @@ void Session::Impl::sever_bonds(const BladeEdge& from, const BladeEdge& to) {
       for (std::size_t side = 0; side < 2; ++side) {
         there = there && point.element[side].valid();
         if (!there) break;
-        ends[side] = point_position(state.body.hex, {point.element[side], point.local[side]}, state.mechanics.positions);
+        ends[side] =
+            point_position(state.body.hex, {point.element[side], point.local[side]}, state.mechanics.positions);
         turned += state.mechanics.rotations[point.element[side].index()] *
                   transposed_times(state.body.hex.frame_of(point.element[side]).axes, place.normal);
       }

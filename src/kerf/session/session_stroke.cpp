@@ -399,8 +399,7 @@ Status Session::Impl::end_stroke() {
   record.finished = true;
   record.ended = state.time;
   record.after = counts();
-  const bool idle =
-      record.after == record.before && !stroke.shaved && !stroke.severed;  // every cut makes new vertices
+  const bool idle = record.after == record.before && !stroke.shaved && !stroke.severed;  // every cut makes new vertices
   if (idle) note_idle_stroke();
   const std::vector<std::uint8_t> dust = dust_of_stroke(record.removed);
   const std::string place = std::move(stroke.place);

@@ -13,18 +13,37 @@ constexpr int kLineParts = 8, kHalvings = 30;
 /// Of a cell, along such lines: less than this of it held, or not held, is nothing. Half a hundredth of a millimetre of a cell of 5 mm.
 constexpr double kLeastShare = 1e-3;
 
+/// Of the largest: a smaller pivot is rounding.
+constexpr double kLeastRow = 1e-10;
+
 /// Gauss points along a line, and their weights.
 const std::array<double, 3> kPlace{-std::sqrt(0.6), 0, std::sqrt(0.6)};
 constexpr std::array<double, 3> kWeight{5.0 / 9, 8.0 / 9, 5.0 / 9};
 
+}  // namespace
+
 /// Parts of a line along an axis of a cell, from -1 to 1, and where what is held ends.
-struct Line {
+struct HeldLine {
   std::vector<std::array<double, 2>> free;
   std::vector<double> border;
 };
 
-Vec3 place(const HexMesh& hex, HexId copy, Vec3 xi) {
-  const LatticeIndex c = hex.cell[copy];
+/// The lines that lie most across the border, and what of the cell is free along them. None: the cell is of one kind.
+struct HeldLines {
+  int axis = -1;
+  std::array<HeldLine, 9> line;
+  double free = 0;  ///< of the cell
+};
+
+struct TracedCell {
+  CellId cell;
+  HeldPart part = HeldPart::kNone;
+  HeldLines lines;
+};
+
+namespace {
+
+Vec3 place(const HexMesh& hex, LatticeIndex c, Vec3 xi) {
   return hex.frame_at(c).to_world({c[0] + 0.5 + 0.5 * xi.x, c[1] + 0.5 + 0.5 * xi.y, c[2] + 0.5 + 0.5 * xi.z});
 }
 
@@ -36,9 +55,9 @@ Vec3 on_line(int axis, int line, double t) {
   return xi;
 }
 
-Line line_of(const HexMesh& hex, const HeldRegions& held, HexId copy, int axis, int line) {
-  const auto is_held = [&](double t) { return held.contains(place(hex, copy, on_line(axis, line, t))); };
-  Line out;
+HeldLine line_of(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell, int axis, int line) {
+  const auto is_held = [&](double t) { return held.contains(place(hex, cell, on_line(axis, line, t))); };
+  HeldLine out;
   double from = -1, at = -1;
   bool before = is_held(at);
   for (int i = 1; i <= kLineParts; ++i) {
@@ -62,28 +81,22 @@ Line line_of(const HexMesh& hex, const HeldRegions& held, HexId copy, int axis, 
   return out;
 }
 
-double length(const Line& line) {
+double length(const HeldLine& line) {
   double sum = 0;
   for (const auto& part : line.free) sum += part[1] - part[0];
   return sum;
 }
 
-/// The lines that lie most across the border, and what of the cell is free along them. None: the cell is of one kind.
-struct Lines {
-  int axis = -1;
-  std::array<Line, 9> line;
-  double free = 0;  ///< of the cell
-};
-Lines lines_of(const HexMesh& hex, const HeldRegions& held, HexId copy) {
-  Lines best;
+HeldLines lines_of(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell) {
+  HeldLines best;
   std::size_t most = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    Lines lines;
+    HeldLines lines;
     lines.axis = axis;
     std::size_t borders = 0;
     for (int i = 0; i < 9; ++i) {
-      Line& line = lines.line[static_cast<std::size_t>(i)];
-      line = line_of(hex, held, copy, axis, i);
+      HeldLine& line = lines.line[static_cast<std::size_t>(i)];
+      line = line_of(hex, held, cell, axis, i);
       borders += line.border.size();
       lines.free += length(line) / 2 * kWeight[static_cast<std::size_t>(i % 3)] / 2 *
                     kWeight[static_cast<std::size_t>(i / 3)] / 2;
@@ -115,14 +128,24 @@ bool is_plain(const SceneRegion& region, const std::array<Vec3, 8>& corners) {
   return false;
 }
 
-bool is_plain(const HexMesh& hex, const HeldRegions& held, HexId copy) {
+bool is_plain(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell) {
   std::array<Vec3, 8> corners;
-  for (std::size_t c = 0; c < 8; ++c) corners[c] = hex.rest(hex.nodes[copy][c]);
+  for (std::size_t c = 0; c < 8; ++c)
+    corners[c] = place(hex, cell, {c & 1 ? 1.0 : -1.0, c & 2 ? 1.0 : -1.0, c & 4 ? 1.0 : -1.0});
   return std::all_of(held.changes.begin(), held.changes.end(),
                      [&](const HeldRegions::Change& change) { return is_plain(change.region, corners); });
 }
 
-HeldPart part_of(const Lines& lines, bool middle) {
+/// Null where the cell has not been traced.
+const TracedCell* traced_cell(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell) {
+  if (held.traced == nullptr) return nullptr;
+  const CellId id = hex.cell_id(cell);
+  const auto it = std::lower_bound(held.traced->begin(), held.traced->end(), id,
+                                   [](const TracedCell& t, CellId wanted) { return t.cell < wanted; });
+  return it != held.traced->end() && it->cell == id ? &*it : nullptr;
+}
+
+HeldPart part_of(const HeldLines& lines, bool middle) {
   if (lines.axis < 0) return middle ? HeldPart::kAll : HeldPart::kNone;
   if (lines.free < kLeastShare) return HeldPart::kAll;
   return lines.free > 1 - kLeastShare ? HeldPart::kNone : HeldPart::kSome;
@@ -148,15 +171,32 @@ bool HeldRegions::contains(Vec3 rest) const {
   return false;
 }
 
+void HeldRegions::trace(const HexMesh& hex) {
+  std::vector<TracedCell> near;
+  for (const CellId cell : ids<CellId>(hex.first_copy.size())) {
+    const LatticeIndex at = hex.index_of(cell);
+    if (!hex.first_copy[cell].valid() || is_plain(hex, *this, at)) continue;
+    TracedCell& traced_cell = near.emplace_back();
+    traced_cell.cell = cell;
+    traced_cell.lines = lines_of(hex, *this, at);
+    traced_cell.part = part_of(traced_cell.lines, contains(place(hex, at, {})));
+  }
+  traced = std::make_shared<const std::vector<TracedCell>>(std::move(near));
+}
+
 HeldPart held_part(const HexMesh& hex, const HeldRegions& held, HexId copy) {
-  const bool middle = held.contains(place(hex, copy, {}));
-  if (is_plain(hex, held, copy)) return middle ? HeldPart::kAll : HeldPart::kNone;
-  return part_of(lines_of(hex, held, copy), middle);
+  const LatticeIndex cell = hex.cell[copy];
+  if (const TracedCell* known = traced_cell(hex, held, cell)) return known->part;
+  const bool middle = held.contains(place(hex, cell, {}));
+  if (is_plain(hex, held, cell)) return middle ? HeldPart::kAll : HeldPart::kNone;
+  return part_of(lines_of(hex, held, cell), middle);
 }
 
 HeldMaterial held_material(const HexMesh& hex, const HeldRegions& held, HexId copy) {
   HeldMaterial out;
-  const Lines lines = lines_of(hex, held, copy);
+  const TracedCell* known = traced_cell(hex, held, hex.cell[copy]);
+  const HeldLines made = known != nullptr ? HeldLines{} : lines_of(hex, held, hex.cell[copy]);
+  const HeldLines& lines = known != nullptr ? known->lines : made;
   if (lines.axis < 0) return out;
   const HexMaterial& m = hex.material[copy];
   const std::array<double, 27>& weights = m.full ? full_weights() : hex.weights[copy];
@@ -168,7 +208,7 @@ HeldMaterial held_material(const HexMesh& hex, const HeldRegions& held, HexId co
             second = kStride[static_cast<std::size_t>((lines.axis + 2) % 3)];
   double left = 0;
   for (int i = 0; i < 9; ++i) {
-    const Line& line = lines.line[static_cast<std::size_t>(i)];
+    const HeldLine& line = lines.line[static_cast<std::size_t>(i)];
     std::array<double, 3> volumes;
     for (int k = 0; k < 3; ++k)
       volumes[static_cast<std::size_t>(k)] =
@@ -188,6 +228,28 @@ HeldMaterial held_material(const HexMesh& hex, const HeldRegions& held, HexId co
   }
   if (!(left > kLeastShare * m.volume)) out.free.clear();
   return out;
+}
+
+std::vector<BorderRow> border_rows(const std::vector<std::pair<std::array<double, 8>, double>>& points) {
+  // Rows r with sum r r' = W, the sum of share w w' over the points: Cholesky with pivots.
+  std::array<std::array<double, 8>, 8> left{};
+  for (const auto& [w, share] : points)
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t j = 0; j < 8; ++j) left[i][j] += share * w[i] * w[j];
+  std::vector<BorderRow> rows;
+  double most = 0;
+  while (rows.size() < 8) {
+    std::size_t pivot = 0;
+    for (std::size_t i = 1; i < 8; ++i)
+      if (left[i][i] > left[pivot][pivot]) pivot = i;
+    if (rows.empty()) most = left[pivot][pivot];
+    if (!(left[pivot][pivot] > kLeastRow * most)) break;
+    BorderRow& row = rows.emplace_back();
+    for (std::size_t i = 0; i < 8; ++i) row.weights[i] = left[i][pivot] / std::sqrt(left[pivot][pivot]);
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t j = 0; j < 8; ++j) left[i][j] -= row.weights[i] * row.weights[j];
+  }
+  return rows;
 }
 
 }  // namespace kerf

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "kerf/base/vec.h"
@@ -11,6 +12,8 @@
 
 namespace kerf {
 
+struct TracedCell;
+
 /// Regions that were fixed, and let go, in order: the last that contains a place decides.
 struct HeldRegions {
   struct Change {
@@ -18,10 +21,13 @@ struct HeldRegions {
     bool held = false;
   };
   std::vector<Change> changes;
-  bool cross = false;         ///< a border crosses material of the body; else nodes say all
-  std::vector<CellId> cells;  ///< that borders cross, then; ascending
+  bool cross = false;                                     ///< a border crosses material of the body; else nodes say all
+  std::vector<CellId> cells;                              ///< that borders cross, then; ascending
+  std::shared_ptr<const std::vector<TracedCell>> traced;  ///< cells near borders, ascending; never changed once made
   /// Is the material at a place at rest held?
   [[nodiscard]] bool contains(Vec3 rest) const;
+  /// To be called when `changes` has changed: looks at every cell with material once, so that cuts need not.
+  void trace(const HexMesh& hex);
 };
 
 enum class HeldPart {
@@ -29,7 +35,7 @@ enum class HeldPart {
   kSome,  ///< the border crosses the copy's cell
   kAll,
 };
-/// O(1) but for cells near a border, which take a few microseconds.
+/// O(log cells near borders); a few microseconds where a cell near a border was not traced.
 HeldPart held_part(const HexMesh& hex, const HeldRegions& held, HexId copy);
 
 /// The material of a copy of a cell of which some is held.
@@ -39,5 +45,12 @@ struct HeldMaterial {
 };
 /// In natural coordinates of its cell.
 HeldMaterial held_material(const HexMesh& hex, const HeldRegions& held, HexId copy);
+
+/// One of the fewest springs that hold a cell's corners as all points of a border do.
+struct BorderRow {
+  std::array<double, 8> weights{};  ///< of the corners; their sum is not 1
+};
+/// At most four where the border is a plane across an axis, else at most eight. Each point is (weights of the corners, share).
+std::vector<BorderRow> border_rows(const std::vector<std::pair<std::array<double, 8>, double>>& points);
 
 }  // namespace kerf

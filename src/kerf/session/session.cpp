@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "kerf/base/stopwatch.h"
@@ -354,8 +355,12 @@ Vec3 Session::support_force() const {
   Vec3 sum;
   for (const NodeId n : ids<NodeId>(s.state.model.node_count())) sum += support_force(n);
   if (s.forces_of != s.state.topology_version) return sum;
-  for (const SpringId spring : s.state.hold_springs)
-    if (s.state.model.has_spring(spring)) sum += spring_force(s.state.model, s.state.mechanics, spring);
+  for (const SpringId spring : s.state.hold_springs) {
+    if (!s.state.model.has_spring(spring)) continue;
+    const std::array<double, 8>& weights = s.state.model.spring(spring).weights;
+    sum +=
+        std::accumulate(weights.begin(), weights.end(), 0.0) * spring_force(s.state.model, s.state.mechanics, spring);
+  }
   return sum;
 }
 

@@ -392,6 +392,7 @@ Status Session::Impl::hold_material() {
   HeldRegions& held = state.materials.held;
   const bool crossed = held.cross;
   held.cells.clear();
+  held.trace(hex);
   held.cross = crosses_material(held, held.cells);
   if (!held.cross) held.cells.clear();
   std::vector<std::uint8_t> moves(hex.node_count(), 0), stays(hex.node_count(), 0);
@@ -423,14 +424,20 @@ Status Session::Impl::hold_borders() {
       const double full = kHoldStiffness *
                           state.model.materials()[static_cast<std::size_t>(state.model.element(host).material)].young *
                           std::cbrt(cell.x * cell.y * cell.z);
+      const auto& nodes = hex.nodes[host];
+      std::vector<std::pair<std::array<double, 8>, double>> points;
       for (const MaterialPoint& p : held_material(hex, state.materials.held, id).border) {
         const LatticeIndex at = hex.cell[id];
-        RowSpring spring;
-        spring.nodes = hex.nodes[host];
-        spring.target = hex.frame_at(at).to_world(
+        const Vec3 rest = hex.frame_at(at).to_world(
             {at[0] + 0.5 + 0.5 * p.xi.x, at[1] + 0.5 + 0.5 * p.xi.y, at[2] + 0.5 + 0.5 * p.xi.z});
-        spring.weights = weights(hex, host, spring.target);
-        spring.stiffness = full * p.volume;
+        points.emplace_back(weights(hex, host, rest), p.volume);
+      }
+      for (const BorderRow& row : border_rows(points)) {
+        RowSpring spring;
+        spring.nodes = nodes;
+        spring.weights = row.weights;
+        for (std::size_t k = 0; k < 8; ++k) spring.target += row.weights[k] * hex.rest(nodes[k]);
+        spring.stiffness = full;
         auto added = state.model.add_spring(spring);
         if (!added) return added.error();
         state.hold_springs.push_back(*added);
@@ -446,7 +453,8 @@ Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
       std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return hex.active(n) && region.contains(hex.rest(n)); });
   HeldRegions& held = state.materials.held;
   std::vector<CellId> cells;
-  const HeldRegions only{{{region, true}}, true, {}};
+  HeldRegions only;
+  only.changes = {{region, true}};
   // What has moved is held where it is now, by its nodes.
   const bool crosses = !moved_ever() && crosses_material(only, cells);
   if (nodes.empty() && !crosses)

@@ -292,12 +292,14 @@ TEST(EdgeResistance, AScalpelInACoarseSheetFeelsResistanceTimesThickness) {
 }
 
 /// The same in a stiff sheet, along a plane of its hexahedra and beside it. What lies between slit and plane is next to nothing and hangs on the
-/// hexahedron across the plane; the tip belongs to both lips, so none of them is drawn across the blade.
+/// hexahedron across the plane; the tip belongs to both lips, so none of them is drawn across the blade. With the default tolerance single steps, in which
+/// the solver has left contacts undone, hide that: they push aside with up to 4 N, by chance.
 TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
   constexpr double resistance = 40, way = 0.22, speed = 0.05;  // N/m, m, m/s
   const Vec3 sheet{0.2, 0.12, 0.003};
   for (const double y : {0.0, 0.012}) {
     Scene scene = scalpel_scene(1e6, resistance, 0.045);
+    scene.simulation.tolerance = 0.002;
     SceneRigidTool& blade = scene.tools[0];
     blade.position = {-0.13, y, -0.0125};
     Session session = slab_session(scene, Mesh::kOpen, sheet, 0.0182);
@@ -311,7 +313,7 @@ TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
       const auto step = session.step();
       ASSERT_TRUE(step.ok());
       const Vec3 force = session.tools()[0].force;
-      EXPECT_LT(std::fabs(force.y), 2) << "N, at " << session.tools()[0].place.position.x;
+      EXPECT_LT(std::fabs(force.y), 1) << "N, at " << session.tools()[0].place.position.x;
       EXPECT_LE(step->parts, 2) << "nothing is thrown; at " << session.tools()[0].place.position.x;
       if (i < 0.2 * last) continue;  // then the blade is well in the sheet
       sum -= force.x;

@@ -353,7 +353,7 @@ BodyCounts Session::counts() const { return count_body(impl_->state.body); }
 Vec3 Session::support_force() const {
   const Impl& s = *impl_;
   Vec3 sum;
-  for (const NodeId n : ids<NodeId>(s.state.model.node_count())) sum += support_force(n);
+  for (const NodeId n : ids<NodeId>(s.state.model.node_count())) sum += s.force_on_fixed(n);
   if (s.forces_of != s.state.topology_version) return sum;
   for (const SpringId spring : s.state.hold_springs) {
     if (!s.state.model.has_spring(spring)) continue;
@@ -368,10 +368,21 @@ bool Session::is_fixed(NodeId node) const { return impl_->state.model.is_fixed(n
 
 Vec3 Session::support_force(NodeId node) const {
   const Impl& s = *impl_;
+  Vec3 sum = s.force_on_fixed(node);
+  if (s.forces_of != s.state.topology_version) return sum;
+  for (const SpringId id : s.state.hold_springs) {
+    if (!s.state.model.has_spring(id)) continue;
+    const RowSpring& spring = s.state.model.spring(id);
+    for (std::size_t k = 0; k < spring.nodes.size(); ++k)
+      if (spring.nodes[k] == node) sum += spring.weights[k] * spring_force(s.state.model, s.state.mechanics, id);
+  }
+  return sum;
+}
+
+Vec3 Session::Impl::force_on_fixed(NodeId node) const {
   // What the last step left belongs to the nodes that there were then.
-  if (s.forces_of != s.state.topology_version || !s.state.model.is_fixed(node) || !s.state.body.hex.active(node))
-    return {};
-  return reaction(s.state.model, s.workspace, s.last_options, node);
+  if (forces_of != state.topology_version || !state.model.is_fixed(node) || !state.body.hex.active(node)) return {};
+  return reaction(state.model, workspace, last_options, node);
 }
 
 Vec3 Session::grasp_force(const std::string& id) const {

@@ -254,8 +254,8 @@ class Session {
   /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (the paper's 4.2.5). Allocates only
   /// when the arrays grow. Normals are those of the shown hexahedra, without what fades of single vertices.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);
-  /// Force of the supports on the body, N, of the last step: the sum, and that on one fixed node. Zero for free nodes, and
-  /// from a change of topology to the next step.
+  /// Force of the supports on the body, N, of the last step: the sum, and that on one node, which is fixed or of a cell that the border of
+  /// a fixed region crosses. Zero for others, and from a change of topology to the next step.
   [[nodiscard]] Vec3 support_force() const;
   [[nodiscard]] Vec3 support_force(NodeId node) const;
   /// Force of a grasp on the body, N, of the last step; zero for an unknown id.

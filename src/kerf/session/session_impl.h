@@ -374,6 +374,8 @@ struct Session::Impl {
   /// stale; whoever looks at them asks for fresh ones first.
   Status renew_springs();
   Status fresh_springs() { return springs_stale ? renew_springs() : Status{}; }
+  /// N, on the body; zero for nodes that are not fixed.
+  [[nodiscard]] Vec3 force_on_fixed(NodeId node) const;
   bool springs_stale = false;
   /// Bonds follow what a cut has changed: those of these triangles' roots, and of copies.
   void bonds_follow(std::span<const CollisionTriangle> triangles, std::span<const HexId> copies);

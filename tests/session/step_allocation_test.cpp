@@ -70,6 +70,17 @@ TEST(StepAllocation, NothingWhileItIsPulled) {
   EXPECT_EQ(allocations_of(*session, 30, 200), 0);
 }
 
+TEST(StepAllocation, NothingUnderALoad) {
+  const ThreadLimit one(1);
+  Scene scene = steak();
+  SceneLoad& load = scene.loads.emplace_back();
+  load.point = {0.04, -0.06, 0.01};
+  load.force = {0, 0, -1};
+  auto session = Session::create(scene);
+  ASSERT_TRUE(session.ok()) << session.error().message;
+  EXPECT_EQ(allocations_of(*session, 30, 100), 0);
+}
+
 TEST(StepAllocation, NothingAtRestOnAPlane) {
   const ThreadLimit one(1);
   Scene scene = steak();

@@ -225,6 +225,7 @@ static bool carry(const DetectRun& run, const BodyPoint& a, Contact& c) {
   for (std::size_t k = 0; k < 3; ++k)
     if (const CollisionVertex v = a.where.vertex[k]; v.valid())
       rest += a.where.weight[k] * (body.surface->rest[v] + c.a.lift * body.surface->offset[v]);
+  if (body.sides->holds(rest)) return false;
   c.carrier = embed_point(*body.hex, a.face, rest);
   if (!c.carrier.copy.valid()) return false;
   c.gap = dot(c.normal, place_of(*body.hex, c.carrier, body.nodes).now - c.point);

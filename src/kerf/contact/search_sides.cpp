@@ -7,7 +7,7 @@ SidePlace side_place(const NearShape& near, SidePoint at) {
   const auto v = s.vertices(at.face);
   Vec3 rest;
   for (std::size_t k = 0; k < 3; ++k) rest += at.weight[k] * (s.rest[v[k]] + at.lift * s.offset[v[k]]);
-  at.carrier = embed_point(*near.body.state.hex, at.face, rest);
+  at.carrier = near.body.state.sides->holds(rest) ? EmbeddedPoint{} : embed_point(*near.body.state.hex, at.face, rest);
   SidePlace place{at, {}};
   if (at.carrier.copy.valid()) place.place = place_of(*near.body.state.hex, at.carrier, near.body.state.nodes);
   return place;

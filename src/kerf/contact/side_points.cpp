@@ -80,7 +80,7 @@ void make_points(const HexMesh& hex, const ContactSurface& s, const SidePoints& 
   const auto add = [&](const std::array<double, 3>& weight, double lift, H border, std::int32_t piece = -1) {
     Vec3 rest;
     for (std::size_t i = 0; i < 3; ++i) rest += weight[i] * (s.rest[v[i]] + lift * s.offset[v[i]]);
-    const EmbeddedPoint carrier = embed_point(hex, f, rest);
+    const EmbeddedPoint carrier = sides.holds(rest) ? EmbeddedPoint{} : embed_point(hex, f, rest);
     if (carrier.copy.valid()) points.push_back({f, number, weight, lift, border, piece, carrier});
     ++number;
   };

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,8 @@ struct SidePoints {
 
   std::vector<SidePoint> points;                       ///< by face
   IndexedArray<CollisionTriangle, std::uint32_t> end;  ///< per face: behind its last one
+  std::function<bool(Vec3)>
+      is_held;  ///< is a place at rest in material that supports hold? It has no points. None: nothing is held
   /// Of prisms' - and + corners that other cells hold than the vertex: a vertex then counts as the middle between them. No copy: it carries them.
   IndexedArray<CollisionVertex, std::array<EmbeddedPoint, 2>> corner;
 
@@ -57,6 +60,7 @@ struct SidePoints {
   [[nodiscard]] std::uint32_t begin(CollisionTriangle f) const {
     return f.index() == 0 ? 0 : end[CollisionTriangle(f.value - 1)];
   }
+  [[nodiscard]] bool holds(Vec3 rest) const { return is_held && is_held(rest); }
   [[nodiscard]] bool has_points(CollisionTriangle f) const { return begin(f) != end[f]; }
 };
 

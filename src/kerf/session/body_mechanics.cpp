@@ -184,7 +184,7 @@ bool is_held(const HexMesh& hex, const BodyMaterials& materials, const Mechanics
   const auto& nodes = hex.nodes[copy];
   if (std::any_of(nodes.begin(), nodes.end(), [&](NodeId n) { return model.is_fixed(n); })) return true;
   return materials.held.cross && held_part(hex, materials.held, copy) == HeldPart::kSome &&
-         !held_material(hex, materials.held, copy).border.empty();
+         !held_material(hex, materials.held, copy).held.empty();
 }
 
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model) {

@@ -120,6 +120,10 @@ SurfaceState surface_state(const Body& body, ContactStep& c) {
     c.predicted[v.index()] = 0.5 * (minus.next + plus.next);
     c.offsets[v.index()] = 0.5 * (plus.now - minus.now);
   }
+  for (const CollisionVertex v : c.held) {
+    c.positions[v.index()] = c.predicted[v.index()] = c.surface.rest[v];
+    c.offsets[v.index()] = c.surface.offset[v];
+  }
   return {&c.surface, c.positions, c.offsets, c.predicted};
 }
 
@@ -145,6 +149,7 @@ Strayed find_strays(const Body& body, const MechanicsModel& model, const Mechani
   surface_state(body, c);
   std::swap(c.strays, c.predicted);
   std::swap(c.turns, c.offsets);
+  for (const CollisionVertex v : c.held) c.strays[v.index()] = c.turns[v.index()] = {};
   return {c.strays, c.turns};
 }
 
@@ -211,7 +216,7 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
   }
 }
 
-/// What carries a vertex: a copy, and where the vertex is in it.
+/// What carries a vertex: a copy, and where the vertex is in it. No copy: a support holds it.
 struct Carrier {
   HexId copy;
   Vec3 local;
@@ -224,7 +229,8 @@ struct Carrier {
 ///      blade >       o  the tip, as the left copy has it
 ///     ________----- o   and as the right one has it
 ///         right lip
-Carrier carrier_of(const Body& body, CollisionVertex v, CollisionHalfEdge lip) {
+Carrier carrier_of(const Body& body, const ContactStep& c, CollisionVertex v, CollisionHalfEdge lip) {
+  if (!c.held.empty() && c.is_held[v.index()] != 0) return {};
   const Carrier own{body.embedding.collision[v], body.embedding.collision_local[v]};
   if (!lip.valid()) return own;
   const Vec3 rest = body.complex.collision.rest[v];
@@ -270,14 +276,19 @@ const std::array<EmbeddedPoint, 2>* carried_corners(const ContactStep& c, Collis
   return c.sides.corner.contains(v) && c.sides.corner[v][0].copy.valid() ? &c.sides.corner[v] : nullptr;
 }
 
-/// Adds the entries of a surface point, on a lip or none, times sign.
-void add_point(const Body& body, const SurfacePoint& point, CollisionHalfEdge lip, double sign, std::int32_t first,
-               ContactStep& c) {
+/// Adds the entries of a surface point, on a lip or none, times sign. Returns what of that no node carries.
+double add_point(const Body& body, const SurfacePoint& point, CollisionHalfEdge lip, double sign, std::int32_t first,
+                 ContactStep& c) {
+  double held = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    const Carrier carrier = carrier_of(body, v, lip);
+    const Carrier carrier = carrier_of(body, c, v, lip);
     const double scale = sign * point.weight[k];
+    if (!carrier.copy.valid()) {
+      held += scale;
+      continue;
+    }
     const auto* corner = carrier.copy == body.embedding.collision[v] ? carried_corners(c, v) : nullptr;
     if (corner == nullptr) {
       add_entries(body, carrier.copy, weights_of(body, c, v, carrier, point.lift), scale, first, c);
@@ -287,6 +298,7 @@ void add_point(const Body& body, const SurfacePoint& point, CollisionHalfEdge li
       if (const double share = 0.5 * (end == 0 ? 1 - point.lift : 1 + point.lift); share != 0)
         add_entries(body, (*corner)[end].copy, corner_weights((*corner)[end].local), share * scale, first, c);
   }
+  return held;
 }
 
 /// How far a lip can leave the one that faces it: 0 where one cell carries both, 1 where they have no node in common.
@@ -307,7 +319,8 @@ HexId common_copy(const Body& body, const ContactStep& c, const SurfacePoint& po
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    HexId own = carrier_of(body, v, lip).copy;
+    HexId own = carrier_of(body, c, v, lip).copy;
+    if (!own.valid()) return {};
     if (const auto* corner = carried_corners(c, v); corner != nullptr && own == body.embedding.collision[v]) {
       if (std::fabs(point.lift) != 1) return {};
       own = (*corner)[point.lift > 0 ? 1 : 0].copy;
@@ -321,8 +334,8 @@ HexId common_copy(const Body& body, const ContactStep& c, const SurfacePoint& po
 /// A tip lies in the middle between where its lips have it.
 void place_tips(const Body& body, const RigidShape& frame, ContactStep& c) {
   const auto shift_of = [&](CollisionVertex v, CollisionHalfEdge lip) {
-    const Carrier carrier = carrier_of(body, v, lip);
-    if (carrier.copy == body.embedding.collision[v]) return Vec3{};
+    const Carrier carrier = carrier_of(body, c, v, lip);
+    if (!carrier.copy.valid() || carrier.copy == body.embedding.collision[v]) return Vec3{};
     const CornerWeights w = corner_weights(carrier.local);
     const auto& nodes = body.hex.nodes[carrier.copy];
     Lanes at = all_lanes(0);
@@ -394,16 +407,19 @@ void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMoti
 void make_contact_rows(const Body& body, ContactStep& c) {
   c.set.rows.clear();
   c.set.entries.clear();
+  c.held_share.clear();
   c.node_slot.assign(body.hex.node_count(), -1);
   for (const Contact& contact : c.contacts) {
     ContactRow row;
     row.key = contact.key;
     row.first = static_cast<std::int32_t>(c.set.entries.size());
     const bool other_body = contact.b.vertex[0].valid();
+    double held = 0;
     if (contact.carrier.copy.valid())
       add_entries(body, contact.carrier.copy, corner_weights(contact.carrier.local), 1, row.first, c);
-    else add_point(body, contact.a, contact.lip, 1, row.first, c);
-    if (other_body) add_point(body, contact.b, {}, -1, row.first, c);
+    else held += add_point(body, contact.a, contact.lip, 1, row.first, c);
+    if (other_body) held += add_point(body, contact.b, {}, -1, row.first, c);
+    c.held_share.push_back(held);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
     if (!other_body)
       row.cell = contact.carrier.copy.valid() ? contact.carrier.copy : common_copy(body, c, contact.a, contact.lip);
@@ -419,6 +435,18 @@ void make_contact_rows(const Body& body, ContactStep& c) {
     }
     c.set.rows.push_back(row);
   }
+}
+
+void hold_in_contact(const Body& body, std::span<const CollisionVertex> held, ContactStep& c) {
+  c.held.assign(held.begin(), held.end());
+  c.is_held.assign(held.empty() ? 0 : body.complex.collision.vertex_count(), 0);
+  for (const CollisionVertex v : held) c.is_held[v.index()] = 1;
+}
+
+void hold_sides(std::function<bool(Vec3)> is_held, ContactStep& c) {
+  c.sides.is_held = std::move(is_held);
+  c.sides.made_from.clear();
+  c.sides_stale = true;
 }
 
 Vec3 pressed(const Body& body, const MechanicsState& state, const EdgePress& press) {
@@ -439,7 +467,7 @@ void add_edge_rows(const Body& body, const MechanicsState& state, std::span<cons
     SurfacePoint at;
     at.vertex[0] = press.vertex;
     at.weight[0] = 1;
-    add_point(body, at, {}, 1, row.first, c);
+    c.held_share.push_back(add_point(body, at, {}, 1, row.first, c));
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
     row.rigid = press.tool;
     row.arm = tool.axes * press.local;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,9 @@ struct ContactStep {
   bool surface_stale = false;  ///< after undo, redo or a restored snapshot: all of it anew
   SidePoints sides;            ///< of the surface
   bool sides_stale = true;     ///< the body has been cut since
+  /// Vertices that supports hold where nodes move (held_skin.h), ascending, and a flag for each vertex. They stay at rest, and no node carries them.
+  std::vector<CollisionVertex> held;
+  std::vector<std::uint8_t> is_held;
 
   std::vector<RigidShape> tools;
   std::vector<NodeState> nodes;
@@ -34,6 +38,7 @@ struct ContactStep {
   std::vector<Contact>
       contacts;  ///< of the last detection, by key; results in the workspace of mechanics are in the same order
   ContactSet set;
+  std::vector<double> held_share;  ///< per row of `set`: what its force on the body acts on held vertices with, -1 to 1
   std::vector<std::int32_t> node_slot;  ///< per node, -1 between uses
   Slit slit;                            ///< of the blade that cuts
 
@@ -47,6 +52,11 @@ struct ContactStep {
 
 /// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
 Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::string>& notes, ContactStep& step);
+
+/// From the next detection on these are the vertices that no node carries.
+void hold_in_contact(const Body& body, std::span<const CollisionVertex> held, ContactStep& step);
+/// The same of places at rest; none: nothing is held.
+void hold_sides(std::function<bool(Vec3)> is_held, ContactStep& step);
 
 /// At the start of its motion.
 RigidState tool_state(const SceneRigidTool& tool);

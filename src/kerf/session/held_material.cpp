@@ -4,17 +4,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "kerf/session/tolerances.h"
+
 namespace kerf {
 namespace {
-
-/// Parts of a line through a cell that are looked at for borders, and how often the way between two places is halved: to a thousand millionth of a cell.
-constexpr int kLineParts = 8, kHalvings = 30;
-
-/// Of a cell, along such lines: less than this of it held, or not held, is nothing. Half a hundredth of a millimetre of a cell of 5 mm.
-constexpr double kLeastShare = 1e-3;
-
-/// Of the largest: a smaller pivot is rounding.
-constexpr double kLeastRow = 1e-10;
 
 /// Gauss points along a line, and their weights.
 const std::array<double, 3> kPlace{-std::sqrt(0.6), 0, std::sqrt(0.6)};
@@ -43,10 +36,6 @@ struct TracedCell {
 
 namespace {
 
-Vec3 place(const HexMesh& hex, LatticeIndex c, Vec3 xi) {
-  return hex.frame_at(c).to_world({c[0] + 0.5 + 0.5 * xi.x, c[1] + 0.5 + 0.5 * xi.y, c[2] + 0.5 + 0.5 * xi.z});
-}
-
 Vec3 on_line(int axis, int line, double t) {
   Vec3 xi;
   xi[axis] = t;
@@ -56,7 +45,7 @@ Vec3 on_line(int axis, int line, double t) {
 }
 
 HeldLine line_of(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell, int axis, int line) {
-  const auto is_held = [&](double t) { return held.contains(place(hex, cell, on_line(axis, line, t))); };
+  const auto is_held = [&](double t) { return held.contains(rest_place(hex, cell, on_line(axis, line, t))); };
   HeldLine out;
   double from = -1, at = -1;
   bool before = is_held(at);
@@ -69,7 +58,8 @@ HeldLine line_of(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell,
         const double middle = 0.5 * (low + high);
         (is_held(middle) == before ? low : high) = middle;
       }
-      const double border = 0.5 * (low + high);
+      const double border =
+          before ? low : high;  // the last place that is held: whoever asks the region for it must find it inside
       out.border.push_back(border);
       if (!before) out.free.push_back({from, border});
       from = border;
@@ -131,7 +121,7 @@ bool is_plain(const SceneRegion& region, const std::array<Vec3, 8>& corners) {
 bool is_plain(const HexMesh& hex, const HeldRegions& held, LatticeIndex cell) {
   std::array<Vec3, 8> corners;
   for (std::size_t c = 0; c < 8; ++c)
-    corners[c] = place(hex, cell, {c & 1 ? 1.0 : -1.0, c & 2 ? 1.0 : -1.0, c & 4 ? 1.0 : -1.0});
+    corners[c] = rest_place(hex, cell, {c & 1 ? 1.0 : -1.0, c & 2 ? 1.0 : -1.0, c & 4 ? 1.0 : -1.0});
   return std::all_of(held.changes.begin(), held.changes.end(),
                      [&](const HeldRegions::Change& change) { return is_plain(change.region, corners); });
 }
@@ -165,10 +155,14 @@ double density(const std::array<double, 3>& volumes, double t) {
 
 }  // namespace
 
-bool HeldRegions::contains(Vec3 rest) const {
+std::optional<bool> HeldRegions::says(Vec3 rest) const {
   for (std::size_t i = changes.size(); i-- > 0;)
     if (changes[i].region.contains(rest)) return changes[i].held;
-  return false;
+  return {};
+}
+
+Vec3 rest_place(const HexMesh& hex, LatticeIndex c, Vec3 xi) {
+  return hex.frame_at(c).to_world({c[0] + 0.5 + 0.5 * xi.x, c[1] + 0.5 + 0.5 * xi.y, c[2] + 0.5 + 0.5 * xi.z});
 }
 
 void HeldRegions::trace(const HexMesh& hex) {
@@ -179,7 +173,7 @@ void HeldRegions::trace(const HexMesh& hex) {
     TracedCell& traced_cell = near.emplace_back();
     traced_cell.cell = cell;
     traced_cell.lines = lines_of(hex, *this, at);
-    traced_cell.part = part_of(traced_cell.lines, contains(place(hex, at, {})));
+    traced_cell.part = part_of(traced_cell.lines, contains(rest_place(hex, at, {})));
   }
   traced = std::make_shared<const std::vector<TracedCell>>(std::move(near));
 }
@@ -187,7 +181,7 @@ void HeldRegions::trace(const HexMesh& hex) {
 HeldPart held_part(const HexMesh& hex, const HeldRegions& held, HexId copy) {
   const LatticeIndex cell = hex.cell[copy];
   if (const TracedCell* known = traced_cell(hex, held, cell)) return known->part;
-  const bool middle = held.contains(place(hex, cell, {}));
+  const bool middle = held.contains(rest_place(hex, cell, {}));
   if (is_plain(hex, held, cell)) return middle ? HeldPart::kAll : HeldPart::kNone;
   return part_of(lines_of(hex, held, cell), middle);
 }
@@ -224,9 +218,24 @@ HeldMaterial held_material(const HexMesh& hex, const HeldRegions& held, HexId co
     }
     for (const double t : line.border)
       if (const double area = 2 * density(volumes, t) / cell; area > 0)
-        out.border.push_back({on_line(lines.axis, i, t), area});
+        out.held.push_back({on_line(lines.axis, i, t), area});
   }
-  if (!(left > kLeastShare * m.volume)) out.free.clear();
+  if (!out.held.empty() && left < (1 - kLeastShare) * m.volume) {
+    if (!(left > kLeastShare * m.volume)) out.free.clear();
+    return out;
+  }
+  // Not divided: the polynomial may be anything where the copy has no material.
+  out = {};
+  if (!(sum > 0)) return out;
+  const std::array<MaterialPoint, 27> all = material_points_27(weights);
+  Vec3 middle;
+  for (const MaterialPoint& p : all) middle += (p.volume / sum) * p.xi;
+  if (held.contains(rest_place(hex, hex.cell[copy], middle))) {
+    out.held.assign(all.begin(), all.end());
+  } else {
+    out.free.assign(all.begin(), all.end());
+    for (MaterialPoint& p : out.free) p.volume *= scale;
+  }
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "kerf/base/vec.h"
@@ -24,8 +25,10 @@ struct HeldRegions {
   bool cross = false;                                     ///< a border crosses material of the body; else nodes say all
   std::vector<CellId> cells;                              ///< that borders cross, then; ascending
   std::shared_ptr<const std::vector<TracedCell>> traced;  ///< cells near borders, ascending; never changed once made
+  /// What the last region says that a place at rest lies in; none does.
+  [[nodiscard]] std::optional<bool> says(Vec3 rest) const;
   /// Is the material at a place at rest held?
-  [[nodiscard]] bool contains(Vec3 rest) const;
+  [[nodiscard]] bool contains(Vec3 rest) const { return says(rest).value_or(false); }
   /// To be called when `changes` has changed: looks at every cell with material once, so that cuts need not.
   void trace(const HexMesh& hex);
 };
@@ -40,11 +43,16 @@ HeldPart held_part(const HexMesh& hex, const HeldRegions& held, HexId copy);
 
 /// The material of a copy of a cell of which some is held.
 struct HeldMaterial {
-  std::vector<MaterialPoint> free;    ///< what may deform
-  std::vector<MaterialPoint> border;  ///< places on the border; volume: share of a full cell's cross-section
+  std::vector<MaterialPoint> free;  ///< what may deform
+  /// Where it is held: held places on the border, volume: share of a full cell's cross-section; or, of a copy that the border does not divide and that is held, all of it,
+  /// volume: share of the cell.
+  std::vector<MaterialPoint> held;
 };
-/// In natural coordinates of its cell.
+/// In natural coordinates of its cell. A copy that the border does not divide, cut off on one side of it, is held or free as its middle is.
 HeldMaterial held_material(const HexMesh& hex, const HeldRegions& held, HexId copy);
+
+/// Where a place of a cell, in natural coordinates, is at rest.
+Vec3 rest_place(const HexMesh& hex, LatticeIndex cell, Vec3 xi);
 
 /// One of the fewest springs that hold a cell's corners as all points of a border do.
 struct BorderRow {

@@ -22,6 +22,10 @@ std::vector<Vec3> places_now(const Session& session, std::span<const Vec3> rest)
   std::vector<Vec3> nodes;
   session.shown_nodes(nodes);
   for (const Vec3 p : rest) {
+    if (session.stays_at_rest(p)) {
+      now.push_back(p);
+      continue;
+    }
     const ClosestPoint nearest = tree.closest(triangles, p);
     now.push_back(point_position(body.hex, embed_point(body.hex, CollisionTriangle(nearest.triangle), p), nodes));
   }

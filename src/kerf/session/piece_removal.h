@@ -35,6 +35,7 @@ struct PieceRemoval {
   ComplexMeasures measures;               ///< what this body should measure
   std::vector<std::uint8_t> fixed;        ///< of its nodes
   std::vector<Vec3> prescribed;           ///< m/s, of its nodes
+  std::size_t held_changes = 0;           ///< of HeldRegions, that these know
   std::vector<CollisionVertex> to_other;  ///< of this body's collision vertices: ids in the other; none: not there
   std::vector<std::pair<std::size_t, Grasp>> grasps;  ///< that lost vertices by the removal, with their places
   [[nodiscard]] std::size_t bytes() const;

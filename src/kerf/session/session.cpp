@@ -88,9 +88,9 @@ void UndoList::clear() {
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures),
       gravity(o.gravity), largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps), hold_springs(o.hold_springs), lost_grasps(o.lost_grasps),
-      tools(o.tools), touching(o.touching), stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr),
-      synced(o.synced), undo(o.undo), redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
+      next_command(o.next_command), grasps(o.grasps), lost_grasps(o.lost_grasps), tools(o.tools), touching(o.touching),
+      stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo),
+      redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
 
 SessionState& SessionState::operator=(const SessionState& other) {
   SessionState copy(other);
@@ -267,6 +267,7 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   impl_->springs_stale = true;
   impl_->all_bonds_follow();
   impl_->forget_places();
+  impl_->forget_held();
   impl_->piece_labels.forget();
   impl_->contact.surface_stale = true;
   impl_->watched.everything = impl_->watching;
@@ -299,6 +300,7 @@ std::vector<Vec3> Session::visual_positions() const {
     positions[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, nodes);
   }
   for (const FadingVertex& f : s.fade.visual) positions[static_cast<std::size_t>(f.vertex)] += f.offset;
+  for (const VisualVertex v : impl_->held_visual()) positions[v.index()] = mesh.rest[v];
   return positions;
 }
 
@@ -313,6 +315,7 @@ std::vector<Vec3> Session::visual_velocities() const {
     velocities[v.index()] = point_position(s.body.hex, {copy, s.body.hex.local(copy, mesh.rest[v])}, nodes);
   }
   for (const FadingVertex& f : s.fade.visual) velocities[static_cast<std::size_t>(f.vertex)] += f.velocity;
+  for (const VisualVertex v : impl_->held_visual()) velocities[v.index()] = {};
   return velocities;
 }
 
@@ -322,10 +325,11 @@ std::vector<Vec3> Session::collision_velocities() const {
   add_offsets(s.mechanics.velocities, s.fade.nodes.velocity, nodes);
   kerf::collision_positions(s.body.hex, s.body.embedding, nodes, velocities);
   for (const FadingVertex& f : s.fade.collision) velocities[static_cast<std::size_t>(f.vertex)] += f.velocity;
+  for (const CollisionVertex v : impl_->held_collision()) velocities[v.index()] = {};
   return velocities;
 }
 
-std::span<const FadingVertex> Session::fading_visual() const { return impl_->state.fade.visual; }
+std::span<const FadingVertex> Session::fading_visual() const { return impl_->beside_visual(); }
 
 void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
   Impl& s = *impl_;
@@ -344,6 +348,10 @@ void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& nor
     Vec3f& p = positions[static_cast<std::size_t>(f.vertex)];
     p = to_float(to_double(p) + f.offset);
   }
+  for (const VisualVertex v : s.held_visual()) {
+    positions[v.index()] = to_float(body.complex.visual.rest[v]);
+    normals[v.index()] = body.complex.visual.normal[v];
+  }
 }
 const std::vector<StrokeRecord>& Session::strokes() const { return impl_->state.strokes; }
 const std::vector<std::string>& Session::notes() const { return impl_->notes; }
@@ -355,7 +363,8 @@ Vec3 Session::support_force() const {
   Vec3 sum;
   for (const NodeId n : ids<NodeId>(s.state.model.node_count())) sum += s.force_on_fixed(n);
   if (s.forces_of != s.state.topology_version) return sum;
-  for (const SpringId spring : s.state.hold_springs) {
+  sum -= impl_->force_on_held();
+  for (const SpringId spring : s.hold_springs) {
     if (!s.state.model.has_spring(spring)) continue;
     const std::array<double, 8>& weights = s.state.model.spring(spring).weights;
     sum +=
@@ -366,11 +375,16 @@ Vec3 Session::support_force() const {
 
 bool Session::is_fixed(NodeId node) const { return impl_->state.model.is_fixed(node); }
 
+bool Session::stays_at_rest(Vec3 rest) const {
+  const HeldRegions& held = impl_->state.materials.held;
+  return held.cross && held.contains(rest);
+}
+
 Vec3 Session::support_force(NodeId node) const {
   const Impl& s = *impl_;
   Vec3 sum = s.force_on_fixed(node);
   if (s.forces_of != s.state.topology_version) return sum;
-  for (const SpringId id : s.state.hold_springs) {
+  for (const SpringId id : s.hold_springs) {
     if (!s.state.model.has_spring(id)) continue;
     const RowSpring& spring = s.state.model.spring(id);
     for (std::size_t k = 0; k < spring.nodes.size(); ++k)
@@ -385,14 +399,23 @@ Vec3 Session::Impl::force_on_fixed(NodeId node) const {
   return reaction(state.model, workspace, last_options, node);
 }
 
+Vec3 Session::Impl::force_on_held() {
+  Vec3 sum = held_load;
+  for (const Grasp& g : state.grasps)
+    for (std::size_t i = 0; i < g.points.size(); ++i)
+      if (stays(g.points[i])) sum += pull_of(g, i);
+  const std::vector<ContactResult>& results = workspace.contact.results;
+  if (!contact.on || results.size() != contact.held_share.size()) return sum;
+  for (std::size_t i = 0; i < results.size(); ++i) sum += contact.held_share[i] * results[i].force;
+  return sum;
+}
+
 Vec3 Session::grasp_force(const std::string& id) const {
   Vec3 sum;
   if (!impl_->fresh_springs()) return sum;
   for (const Grasp& g : impl_->state.grasps)
     if (g.id == id)
-      for (const SpringId spring : g.springs)
-        if (impl_->state.model.has_spring(spring))
-          sum += spring_force(impl_->state.model, impl_->state.mechanics, spring);
+      for (std::size_t i = 0; i < g.springs.size(); ++i) sum += impl_->pull_of(g, i);
   return sum;
 }
 
@@ -507,6 +530,13 @@ std::uint64_t Session::hash() const {
   hash.add(state.steps);
   hash.add(std::uint64_t{state.next_command});
   for (std::size_t i = 0; i < state.model.node_count(); ++i) hash.add(state.model.is_fixed(NodeId(i)) ? 1 : 0);
+  if (state.materials.held.cross)  // else nodes say all
+    for (const HeldRegions::Change& change : state.materials.held.changes) {
+      const SceneRegion& r = change.region;
+      hash.add(std::array<std::int32_t, 2>{change.held ? 1 : 0, static_cast<std::int32_t>(r.shape)});
+      hash.add(std::array<Vec3, 5>{r.min, r.max, r.center, r.point, r.normal});
+      hash.add(r.radius);
+    }
   for (const Grasp& g : state.grasps) {
     hash.add(g.points);
     hash.add(g.offset);

@@ -240,6 +240,8 @@ class Session {
   [[nodiscard]] const std::vector<Vec3>& node_positions() const;   ///< metres, by NodeId
   [[nodiscard]] const std::vector<Vec3>& node_velocities() const;  ///< m/s
   [[nodiscard]] bool is_fixed(NodeId node) const;                  ///< by a support
+  /// Does a fixed region hold the material that is here at rest, where nodes may move (held_skin.h)? It stays.
+  [[nodiscard]] bool stays_at_rest(Vec3 rest) const;
   /// Where nodes are shown, metres: with offsets that fade after a cut (node_fade.h). Surfaces hang on these.
   void shown_nodes(std::vector<Vec3>& positions) const;
   /// Deformed collision vertices, metres, by CollisionVertex.

@@ -214,9 +214,21 @@ void Session::Impl::cap_part(double h, double fastest, StepReport& report) {
   report.fastest_slowed = slowed.fastest;
 }
 
+void Session::Impl::hold_in_contact() {
+  if (contact_held_at == state.topology_version) return;
+  if (contact_held_at == 0) {  // what is held may have changed
+    const HeldRegions& held = state.materials.held;
+    kerf::hold_sides(held.cross ? [held](Vec3 rest) { return held.contains(rest); } : std::function<bool(Vec3)>(),
+                     contact);
+  }
+  kerf::hold_in_contact(state.body, held_collision(), contact);
+  contact_held_at = state.topology_version;
+}
+
 Result<StepReport> Session::Impl::advance_mechanics(double dt) {
   KERF_TRY(fresh_springs());
   part_impulses.assign(scene.tools.size(), {});
+  if (contact.on) hold_in_contact();
   int equal =
       contact.on ? contact_substeps(scene, state.body, state.mechanics, state.tools, state.time, dt, contact) : 1;
   equal = std::min(std::max(equal, parts_of_turning(dt)), most_parts(dt));

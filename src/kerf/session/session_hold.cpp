@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <type_traits>
 
 #include "kerf/base/shown_text.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -15,13 +18,6 @@ namespace {
 /// Default stiffness of a grasp, per point held, in units of Young's modulus x cell edge: firm, and well under the
 /// cap at which springs begin to hurt the solver.
 constexpr double kGraspStiffness = 2;
-
-/// Of a fixed region's border through a cell, in units of Young's modulus x cell edge: as if the cell were longer by one over this. At 100 the meniscus
-/// takes 36 iterations a step for 28, and its back goes down by 0.360 mm for 0.369.
-constexpr double kHoldStiffness = 25;
-
-/// Of the body's size: what fixed nodes may lie beside a line, or a point, and be noted as one.
-constexpr double kHingeWidth = 1e-6;
 
 /// Damage from which on bonds leave it to contact to keep skins apart.
 constexpr double kLooseBond = 0.9;
@@ -177,6 +173,7 @@ Status Session::Impl::hold(const std::string& id, std::vector<CollisionVertex> p
   // Where the nodes put the points: what pulls them is measured there.
   const Embedding& e = state.body.embedding;
   const auto now = [&](CollisionVertex v) {
+    if (stays(v)) return state.body.complex.collision.rest[v];
     return point_position(state.body.hex, {e.collision[v], e.collision_local[v]}, state.mechanics.positions);
   };
   for (const CollisionVertex v : g.points) g.centre += (1.0 / static_cast<double>(g.points.size())) * now(v);
@@ -335,7 +332,8 @@ Status Session::Impl::renew_springs() {
   for (Grasp& g : state.grasps) {
     g.springs.clear();
     for (std::size_t i = 0; i < g.points.size(); ++i) {
-      if (!body.complex.collision.rest.contains(g.points[i])) {  // went with an undone cut
+      // One that went with an undone cut, or that a support holds.
+      if (!body.complex.collision.rest.contains(g.points[i]) || stays(g.points[i])) {
         g.springs.push_back({});
         continue;
       }
@@ -380,21 +378,16 @@ bool Session::Impl::crosses_material(const HeldRegions& held, std::vector<CellId
   for (const HexId id : ids<HexId>(hex.hex_count())) {
     if (hex.state[id] == HexState::kDead || held_part(hex, held, id) != HeldPart::kSome) continue;
     cells.push_back(hex.cell_id(hex.cell[id]));
-    any = any || !held_material(hex, held, id).border.empty();
+    any = any || !held_material(hex, held, id).held.empty();
   }
   std::sort(cells.begin(), cells.end());
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   return any;
 }
 
-Status Session::Impl::hold_material() {
+std::vector<std::uint8_t> Session::Impl::nodes_of_held_material() const {
   const HexMesh& hex = state.body.hex;
-  HeldRegions& held = state.materials.held;
-  const bool crossed = held.cross;
-  held.cells.clear();
-  held.trace(hex);
-  held.cross = crosses_material(held, held.cells);
-  if (!held.cross) held.cells.clear();
+  const HeldRegions& held = state.materials.held;
   std::vector<std::uint8_t> moves(hex.node_count(), 0), stays(hex.node_count(), 0);
   for (const HexId h : ids<HexId>(hex.hex_count())) {
     if (hex.state[h] == HexState::kDead) continue;
@@ -403,9 +396,32 @@ Status Session::Impl::hold_material() {
     const bool free = part == HeldPart::kSome && !held_material(hex, held, h).free.empty();
     for (const NodeId n : hex.nodes[h]) (free ? moves : stays)[n.index()] = 1;
   }
+  for (const NodeId n : ids<NodeId>(hex.node_count()))
+    stays[n.index()] = moves[n.index()] == 0 && held.says(hex.rest(n)).value_or(stays[n.index()] != 0) ? 1 : 0;
+  return stays;
+}
+
+Status Session::Impl::renew_held(std::size_t first) {
+  const HexMesh& hex = state.body.hex;
+  HeldRegions& held = state.materials.held;
+  if (held.changes.empty()) return {};
+  const bool crossed = held.cross;
+  const std::vector<HeldRegions::Change> newer(held.changes.begin() + static_cast<std::ptrdiff_t>(first),
+                                               held.changes.end());
+  held.changes.resize(first);
+  trace_held();
+  const std::vector<std::uint8_t> before = nodes_of_held_material();
+  held.changes.insert(held.changes.end(), newer.begin(), newer.end());
+  trace_held();
+  const std::vector<std::uint8_t> after = nodes_of_held_material();
   for (const NodeId n : ids<NodeId>(hex.node_count())) {
-    if (moves[n.index()] != 0) state.model.release_node(n);
-    else if (stays[n.index()] != 0 || held.contains(hex.rest(n))) state.model.fix_node(n);
+    const bool holds = after[n.index()] != 0;
+    const auto asks = std::find_if(newer.rbegin(), newer.rend(), [&](const HeldRegions::Change& change) {
+      return change.region.contains(hex.rest(n));
+    });
+    if (holds == (before[n.index()] != 0) && (asks == newer.rend() || asks->held != holds)) continue;
+    if (holds) state.model.fix_node(n);
+    else state.model.release_node(n);
   }
   if (!crossed && !held.cross) return {};
   for (const HexId id : ids<HexId>(hex.hex_count())) KERF_TRY(sync_hex(hex, state.materials, id, state.model));
@@ -413,9 +429,19 @@ Status Session::Impl::hold_material() {
   return {};
 }
 
+void Session::Impl::trace_held() {
+  HeldRegions& held = state.materials.held;
+  forget_held();
+  positions_changed();
+  held.cells.clear();
+  held.trace(state.body.hex);
+  held.cross = crosses_material(held, held.cells);
+  if (!held.cross) held.cells.clear();
+}
+
 Status Session::Impl::hold_borders() {
   const HexMesh& hex = state.body.hex;
-  state.hold_springs.clear();
+  hold_springs.clear();
   for (const CellId c : state.materials.held.cells)
     for (HexId id = hex.first_copy[c]; id.valid(); id = hex.next_in_cell[id]) {
       const HexId host = hex.host[id];
@@ -426,12 +452,8 @@ Status Session::Impl::hold_borders() {
                           std::cbrt(cell.x * cell.y * cell.z);
       const auto& nodes = hex.nodes[host];
       std::vector<std::pair<std::array<double, 8>, double>> points;
-      for (const MaterialPoint& p : held_material(hex, state.materials.held, id).border) {
-        const LatticeIndex at = hex.cell[id];
-        const Vec3 rest = hex.frame_at(at).to_world(
-            {at[0] + 0.5 + 0.5 * p.xi.x, at[1] + 0.5 + 0.5 * p.xi.y, at[2] + 0.5 + 0.5 * p.xi.z});
-        points.emplace_back(weights(hex, host, rest), p.volume);
-      }
+      for (const MaterialPoint& p : held_material(hex, state.materials.held, id).held)
+        points.emplace_back(weights(hex, host, rest_place(hex, hex.cell[id], p.xi)), p.volume);
       for (const BorderRow& row : border_rows(points)) {
         RowSpring spring;
         spring.nodes = nodes;
@@ -440,13 +462,14 @@ Status Session::Impl::hold_borders() {
         spring.stiffness = full;
         auto added = state.model.add_spring(spring);
         if (!added) return added.error();
-        state.hold_springs.push_back(*added);
+        hold_springs.push_back(*added);
       }
     }
   return {};
 }
 
 Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
+  forget_held();
   const HexMesh& hex = state.body.hex;
   const std::vector<NodeId> nodes = nodes_in(region);
   const bool any =
@@ -462,15 +485,49 @@ Status Session::Impl::fix(const SceneRegion& region, const std::string& name) {
         fmt::format("{} holds nothing: no node of the hexahedra and no collision vertex lies in it (rest coordinates, "
                     "metres); make it larger or move it onto the body",
                     name));
-  if (any || !crosses)
-    for (const NodeId n : nodes) state.model.fix_node(n);
   if (!moved_ever() && (any || crosses)) {
     held.changes.push_back({region, true});
-    KERF_TRY(hold_material());
+    KERF_TRY(renew_held(held.changes.size() - 1));
+  } else {
+    for (const NodeId n : nodes) state.model.fix_node(n);
   }
   hold_fixed_nodes(state.model, state.mechanics);
-  note_hinge(region, name);
+  if (!crosses) note_hinge(region, name);
   return {};
+}
+
+std::span<const CollisionVertex> Session::Impl::held_collision() {
+  if (collision_held_at != state.topology_version)
+    find_held_vertices(state.body, state.materials.held, state.model, collision_held);
+  collision_held_at = state.topology_version;
+  return collision_held;
+}
+
+bool Session::Impl::stays(CollisionVertex v) {
+  const std::span<const CollisionVertex> held = held_collision();
+  return std::binary_search(held.begin(), held.end(), v);
+}
+
+Vec3 Session::Impl::pull_of(const Grasp& g, std::size_t i) {
+  if (state.model.has_spring(g.springs[i])) return spring_force(state.model, state.mechanics, g.springs[i]);
+  if (!stays(g.points[i])) return {};
+  return g.stiffness * (g.centre + g.turned * g.offset[i] - state.body.complex.collision.rest[g.points[i]]);
+}
+
+std::span<const VisualVertex> Session::Impl::held_visual() {
+  if (visual_held_at != state.topology_version)
+    find_held_vertices(state.body, state.materials.held, state.model, visual_held);
+  visual_held_at = state.topology_version;
+  return visual_held;
+}
+
+std::span<const FadingVertex> Session::Impl::beside_visual() {
+  const std::span<const VisualVertex> held = held_visual();
+  if (held.empty()) return state.fade.visual;
+  std::vector<Vec3> velocities;
+  add_offsets(state.mechanics.velocities, state.fade.nodes.velocity, velocities);
+  add_held(state.body, {shown_nodes(), velocities}, held, state.fade.visual, visual_beside);
+  return visual_beside;
 }
 
 void Session::Impl::note_hinge(const SceneRegion& region, const std::string& name) {
@@ -487,10 +544,6 @@ void Session::Impl::note_hinge(const SceneRegion& region, const std::string& nam
   double off = 0;
   for (const Vec3 x : places) off = std::max(off, norm(cross(line, x - places[0])));
   if (off > kHingeWidth * size * length) return;
-  for (const CellId c : state.materials.held.cells)
-    for (HexId id = hex.first_copy[c]; id.valid(); id = hex.next_in_cell[id])
-      for (const NodeId n : hex.nodes[id])
-        if (region.contains(hex.rest(n))) return;
   add_note(fmt::format(
       "{} holds the nodes of the hexahedra along {} only, so the body can turn about {}; make it larger where that is not meant",
       name, length > kHingeWidth * size ? "a line" : "a point",
@@ -498,24 +551,26 @@ void Session::Impl::note_hinge(const SceneRegion& region, const std::string& nam
 }
 
 void Session::Impl::unfix(const SceneRegion& region, const std::string& place) {
-  bool held = false;
+  bool held = false, material = false;
   const HexMesh& hex = state.body.hex;
   HeldRegions& regions = state.materials.held;
-  for (const CellId c : regions.cells) {
-    const HexId id = hex.first_copy[c];
-    if (id.valid())
-      for (const MaterialPoint& p : held_material(hex, regions, id).border)
-        held = held || region.contains(hex.frame_of(id).to_world({hex.cell[id][0] + 0.5 + 0.5 * p.xi.x,
-                                                                  hex.cell[id][1] + 0.5 + 0.5 * p.xi.y,
-                                                                  hex.cell[id][2] + 0.5 + 0.5 * p.xi.z}));
-  }
+  for (const CellId c : regions.cells)
+    for (HexId id = hex.first_copy[c]; id.valid(); id = hex.next_in_cell[id])
+      for (const MaterialPoint& p : held_material(hex, regions, id).held)
+        material = material || region.contains(rest_place(hex, hex.cell[id], p.xi));
+  forget_held();
   for (const NodeId n : nodes_in(region)) {
     held = held || state.model.is_fixed(n);
+    material = material || (state.model.is_fixed(n) && region.contains(hex.rest(n)));
     state.model.release_node(n);
   }
-  if (held && !regions.changes.empty()) {
+  held = held || material;
+  if (material && !regions.changes.empty()) {
+    const std::vector<VisualVertex> visual_then(held_visual().begin(), held_visual().end());
+    const std::vector<CollisionVertex> collision_then(held_collision().begin(), held_collision().end());
     regions.changes.push_back({region, false});
-    if (const Status done = hold_material(); !done) add_note(done.error().message);
+    if (const Status done = renew_held(regions.changes.size() - 1); !done) add_note(done.error().message);
+    fade_let_go(visual_then, collision_then);
   }
   if (!held)
     add_note(fmt::format(
@@ -523,19 +578,45 @@ void Session::Impl::unfix(const SceneRegion& region, const std::string& place) {
         place));
 }
 
+void Session::Impl::fade_let_go(std::span<const VisualVertex> visual, std::span<const CollisionVertex> collision) {
+  std::vector<Vec3> velocities;
+  add_offsets(state.mechanics.velocities, state.fade.nodes.velocity, velocities);
+  const ShownNodes nodes{shown_nodes(), velocities};
+  const auto fade = [&](auto then, auto now, std::vector<FadingVertex>& fades) {
+    std::vector<std::remove_const_t<typename decltype(then)::element_type>> let_go;
+    std::set_difference(then.begin(), then.end(), now.begin(), now.end(), std::back_inserter(let_go));
+    std::vector<FadingVertex> with;
+    add_held(state.body, nodes, std::span<const typename decltype(let_go)::value_type>(let_go), fades, with);
+    fades = std::move(with);
+  };
+  fade(visual, held_visual(), state.fade.visual);
+  fade(collision, held_collision(), state.fade.collision);
+}
+
 void Session::Impl::renew_loads() {
   if (scene.loads.empty()) return;
   state.model.clear_loads();
+  held_load = {};
   const Body& body = state.body;
   const auto add = [&](CollisionVertex v, Vec3 force) {
+    if (stays(v)) {
+      held_load += force;
+      return;
+    }
     const HexId copy = body.embedding.collision[v];
     const auto w = weights(body.hex, copy, body.complex.collision.rest[v]);
     for (std::size_t c = 0; c < 8; ++c) state.model.add_load(body.hex.nodes[copy][c], w[c] * force);
   };
-  for (const SceneLoad& load : scene.loads) {
+  if (load_places_at != state.topology_version) {
+    load_places.clear();
+    for (const SceneLoad& load : scene.loads)
+      load_places.push_back(places_of(body.complex.collision, load.point, load.radius));
+    load_places_at = state.topology_version;
+  }
+  for (std::size_t i = 0; i < scene.loads.size(); ++i) {
+    const SceneLoad& load = scene.loads[i];
     if (state.time < load.from || (load.until && state.time >= *load.until)) continue;
-    for (const auto& [v, share] : places_of(body.complex.collision, load.point, load.radius))
-      add(v, share * load.force);
+    for (const auto& [v, share] : load_places[i]) add(v, share * load.force);
   }
 }
 

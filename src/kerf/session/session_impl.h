@@ -26,6 +26,7 @@
 #include "kerf/session/contact_step.h"
 #include "kerf/session/cut_balance.h"
 #include "kerf/session/edge_carry.h"
+#include "kerf/session/held_skin.h"
 #include "kerf/session/node_memory.h"
 #include "kerf/session/piece_removal.h"
 #include "kerf/session/session.h"
@@ -117,7 +118,6 @@ struct SessionState {
   std::int64_t steps = 0;
   std::size_t next_command = 0;
   std::vector<Grasp> grasps;
-  std::vector<SpringId> hold_springs;    ///< of the borders of fixed regions
   std::vector<std::string> lost_grasps;  ///< ids of those whose piece was taken away
   std::vector<ToolMotion> tools;         ///< one per tool of the scene; where the tools are is in `mechanics`
   DetectMemory touching;                 ///< what detection remembers of contacts
@@ -196,13 +196,20 @@ struct Session::Impl {
   SurfaceMemory surface;  ///< where surface vertices were before a pose of the blade
   double size = 1;        ///< m: of the lattice's box
   std::vector<std::uint8_t> carried;
+  std::vector<SpringId> hold_springs;                                        ///< of held material (hold_borders())
+  std::vector<std::vector<std::pair<CollisionVertex, double>>> load_places;  ///< of each load: its share of each vertex
+  std::uint64_t load_places_at = 0;                                          ///< topology version; 0: not known
   std::vector<Vec3> collision_positions;
   bool collision_positions_valid = false;
-  std::vector<Vec3> sweep_positions;  ///< where a blade meets the collision vertices
-  FaceBoxes sweep_boxes;              ///< there
-  bool sweep_at_rest = false;         ///< those are positions at rest
-  std::size_t sweep_known = 0;        ///< and so many of them still hold
-  std::vector<Vec3> shown;            ///< of shown_nodes()
+  std::vector<CollisionVertex> collision_held;  ///< of topology version collision_held_at; 0: not known
+  std::vector<VisualVertex> visual_held;
+  std::uint64_t collision_held_at = 0, visual_held_at = 0, contact_held_at = 0;
+  std::vector<FadingVertex> visual_beside;  ///< of beside_visual()
+  std::vector<Vec3> sweep_positions;        ///< where a blade meets the collision vertices
+  FaceBoxes sweep_boxes;                    ///< there
+  bool sweep_at_rest = false;               ///< those are positions at rest
+  std::size_t sweep_known = 0;              ///< and so many of them still hold
+  std::vector<Vec3> shown;                  ///< of shown_nodes()
   std::vector<TipGlue> glue;
   BodyCounts counted;  ///< of topology version counted_at
   std::uint64_t counted_at = 0;
@@ -362,12 +369,19 @@ struct Session::Impl {
   std::vector<EdgePress> edge_presses;  ///< of this step
   Status fix(const SceneRegion& region, const std::string& name);
   void unfix(const SceneRegion& region, const std::string& place);
+  /// Of vertices that were held, those that are not any more go from where they were to where their nodes put them (invariant 8).
+  void fade_let_go(std::span<const VisualVertex> visual, std::span<const CollisionVertex> collision);
   /// The living nodes that a region holds: those in it, or those of the cells of the collision vertices in it.
   std::vector<NodeId> nodes_in(const SceneRegion& region) const;
   /// Which cells their borders cross, ascending; whether any material is held at one.
   bool crosses_material(const HeldRegions& held, std::vector<CellId>& cells) const;
-  /// Nodes and elements as fixed regions have them, after these changed: in cells that a border crosses material is held up to there, and no node.
-  Status hold_material();
+  /// Nodes, elements and borders after changes of held regions, from number `first` on. Nodes change where these say so, and where what is held of cells has changed: others may be
+  /// held, or let go, by nodes alone.
+  Status renew_held(std::size_t first);
+  /// Borders of held regions in the body as it is.
+  void trace_held();
+  /// Flags of nodes that held regions hold: those in the last region that they lie in, or of cells that are held as a whole, but not where free material moves them.
+  [[nodiscard]] std::vector<std::uint8_t> nodes_of_held_material() const;
   Status hold_borders();
   void note_hinge(const SceneRegion& region, const std::string& name);
   /// Springs of grasps, of borders of fixed regions and of slit tips, anew. Linear in the tips there ever were, so changes of topology only say that they are
@@ -376,6 +390,8 @@ struct Session::Impl {
   Status fresh_springs() { return springs_stale ? renew_springs() : Status{}; }
   /// N, on the body; zero for nodes that are not fixed.
   [[nodiscard]] Vec3 force_on_fixed(NodeId node) const;
+  /// N: of loads, grasps and contacts, where supports hold the surface and no node carries it.
+  [[nodiscard]] Vec3 force_on_held();
   bool springs_stale = false;
   /// Bonds follow what a cut has changed: those of these triangles' roots, and of copies.
   void bonds_follow(std::span<const CollisionTriangle> triangles, std::span<const HexId> copies);
@@ -393,6 +409,16 @@ struct Session::Impl {
   /// Young's modulus of the body that a copy belongs to, outside of all regions.
   [[nodiscard]] double young_at(HexId copy) const;
   void renew_loads();
+  /// What supports hold of the surface, where nodes move (held_skin.h).
+  std::span<const CollisionVertex> held_collision();
+  [[nodiscard]] bool stays(CollisionVertex v);
+  std::span<const VisualVertex> held_visual();
+  /// N: of a grasp on its point i; fresh springs.
+  [[nodiscard]] Vec3 pull_of(const Grasp& grasp, std::size_t i);
+  Vec3 held_load;  ///< N: what loads do to places that supports hold
+  void forget_held() { collision_held_at = visual_held_at = contact_held_at = 0; }
+  /// What visual vertices have in addition to where their nodes put them, as the surface is shown: what fades, and what is held. Ascending.
+  std::span<const FadingVertex> beside_visual();
 
   // session_parts.cpp
   /// Tools and body up to the end of the step: one after the other, in as many parts as edges want that are fast in the material.
@@ -413,6 +439,8 @@ struct Session::Impl {
   // session_contact.cpp
   /// Mechanics for dt seconds, in parts where contact wants it. On an error the state is as it was.
   Result<StepReport> advance_mechanics(double dt);
+  /// Tells contact what supports hold, if that has changed.
+  void hold_in_contact();
   static constexpr int kUndivided = 0;
   /// h seconds from t on, in least_parts or more, where parts of the body come together fast; or kUndivided: as one part.
   /// `tries`: how often it may be tried again in shorter parts, from `began`, the mechanics as it is now; 0: take it as it comes.

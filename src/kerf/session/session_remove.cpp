@@ -142,6 +142,7 @@ Status Session::Impl::rebuild_model(const std::vector<std::uint8_t>& fixed, cons
 
 Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
   PieceRemoval now;
+  now.held_changes = state.materials.held.changes.size();
   for (std::size_t i = 0; i < state.model.node_count(); ++i) {
     now.fixed.push_back(state.model.is_fixed(NodeId(i)) ? 1 : 0);
     now.prescribed.push_back(state.model.prescribed_velocities()[i]);
@@ -183,13 +184,15 @@ Status Session::Impl::swap_removal(PieceRemoval& r, bool back) {
   state.measures = r.measures;
   const std::vector<std::uint8_t> fixed = std::move(r.fixed);
   const std::vector<Vec3> prescribed = std::move(r.prescribed);
+  const std::size_t held_changes = r.held_changes;
   r = std::move(now);
   forget_ids();
   // The positions that belong to this body come with the undo step; these only have the right number.
   state.mechanics.positions.resize(state.body.hex.node_count());
   state.mechanics.velocities.resize(state.body.hex.node_count());
   state.mechanics.rotations.resize(state.body.hex.hex_count());
-  return rebuild_model(fixed, prescribed);
+  KERF_TRY(rebuild_model(fixed, prescribed));
+  return renew_held(held_changes);  // a support may be newer
 }
 
 Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& triangles) {
@@ -237,7 +240,10 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
 Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>& remove,
                                                 std::optional<PieceRemoval>& undo) {
   if (!bonds.empty()) return bad_input("pieces of bodies that are bonded can't be taken away");
-  PieceRemoval before{state.body, state.measures, {}, {}, {}, {}};
+  PieceRemoval before;
+  before.body = state.body;
+  before.measures = state.measures;
+  before.held_changes = state.materials.held.changes.size();
   for (std::size_t i = 0; i < state.model.node_count(); ++i) {
     before.fixed.push_back(state.model.is_fixed(NodeId(i)) ? 1 : 0);
     before.prescribed.push_back(state.model.prescribed_velocities()[i]);

@@ -99,6 +99,8 @@ const std::vector<Vec3>& Session::Impl::deformed_collision() {
     kerf::collision_positions(state.body.hex, state.body.embedding, shown_nodes(), collision_positions);
     for (const FadingVertex& f : state.fade.collision)
       collision_positions[static_cast<std::size_t>(f.vertex)] += f.offset;
+    for (const CollisionVertex v : held_collision())
+      collision_positions[v.index()] = state.body.complex.collision.rest[v];
     collision_positions_valid = true;
   }
   return collision_positions;

@@ -641,8 +641,8 @@ Status Session::Impl::close_on(std::size_t i) {
     for (const Grasp& g : state.grasps) {
       if (g.tool != static_cast<std::int32_t>(i)) continue;
       for (std::size_t k = 0; k < g.springs.size(); ++k) {
-        if (!state.model.has_spring(g.springs[k])) continue;
-        const Vec3 pull = -1.0 * spring_force(state.model, state.mechanics, g.springs[k]);
+        const Vec3 pull = -1.0 * pull_of(g, k);
+        if (pull == Vec3{}) continue;
         motion.force += pull;
         motion.torque += cross(g.centre + g.turned * g.offset[k] - at.position, pull);
       }

@@ -150,7 +150,8 @@ TEST(Engine, APageDrawsTheSurfaceThatDoesNotJump) {
   EXPECT_GT(largest, 1e-3);
   const Body& body = session.body();
   for (const auto& [v, offset] : p.body.offsets)  // all else has faded
-    EXPECT_TRUE(session.stays_at_rest(body.complex.visual.rest[body.surface.vertex[RenderVertex(std::size_t{v})]])) << v;
+    EXPECT_TRUE(session.stays_at_rest(body.complex.visual.rest[body.surface.vertex[RenderVertex(std::size_t{v})]]))
+        << v;
   table.expect_mirrored(page);
 }
 

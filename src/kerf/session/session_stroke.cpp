@@ -304,9 +304,9 @@ Status Session::Impl::follow_complex(CutTimes& times) {
     remember_moved(surface_state(), known_nodes, mark_of(body, state.synced, body.hex.cell).size, surface,
                    state.fade.nodes);
   }
+  ++state.topology_version;
   springs_stale = true;
   renew_loads();
-  ++state.topology_version;
   positions_changed();
   if (watching) {
     const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
@@ -377,9 +377,9 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
     join_balance(state.model, state.mechanics, id, balance);
   }
   state.synced = mark;
+  ++state.topology_version;
   springs_stale = true;
   renew_loads();
-  ++state.topology_version;
   positions_changed();
 }
 

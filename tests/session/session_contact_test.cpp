@@ -104,14 +104,14 @@ struct Cut {
   Session session;
   std::vector<CollisionVertex> right, lip;
 
-  static Scene scene(double dt, double radius, int triangles, double young) {
+  static Scene scene(double dt, double radius, int triangles, double young, double held) {
     Scene s = sheet(triangles, 1, dt, radius);
     s.material.young = young;
     s.simulation.gravity = {};
     s.contact.enabled = true;
     SceneFix& left = s.fixes.emplace_back();
     left.region.shape = SceneRegion::Shape::kHalfSpace;
-    left.region.point = {-0.42, 0, 0};
+    left.region.point = {held, 0, 0};
     left.region.normal = {-1, 0, 0};
     return s;
   }
@@ -123,8 +123,8 @@ struct Cut {
     }
     ASSERT_TRUE(session.end_stroke().ok());
   }
-  Cut(double dt, bool across, double radius = kRadius, int triangles = 500, double young = 5000)
-      : session(must_create(scene(dt, radius, triangles, young))) {
+  Cut(double dt, bool across, double radius = kRadius, int triangles = 500, double young = 5000, double held = -0.42)
+      : session(must_create(scene(dt, radius, triangles, young, held))) {
     stroke({0.013, -0.6, 0}, {0.013, 0.05, 0});
     if (across) stroke({-0.3, -0.21, 0}, {0.3, -0.21, 0});
     const auto& rest = session.body().complex.collision.rest;
@@ -330,6 +330,9 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
   // to 1.1 half thicknesses in each of these cases. There the lip's corner leans over the other side while it passes: at the heights from 2.846 on it got
   // 0.2 to 1.1 deep in it. At the last height a corner went from one rim to the next in a part of a step, just as foretold, and 0.08 deep.
   constexpr double kThin = 0.08 * kRadius;
+  // The other side is held at its rim, so that it gives way. Held as near as x = -0.42, faces of 104 triangles press through each other where no contact knows of it
+  // (docs/contact.md, Limits).
+  constexpr double kRim = -0.499;
   // Then stiffer ones, which were up to 0.14 deep: no rule knew of a contact, and in shorter parts they only sank in more slowly.
   struct Case {
     double dt, height;
@@ -358,7 +361,7 @@ TEST(Lips, LiftedAThinOneOverlapsNowhere) {
                        Case{0.0167, 2.9164, 104, 2e4},
                        Case{0.0167, 3.4172, 104, 1e5},
                        Case{0.0167, 3.4589, 104, 1e5}}) {
-    Cut cut(c.dt, false, kThin, c.triangles, c.young);
+    Cut cut(c.dt, false, kThin, c.triangles, c.young, kRim);
     ASSERT_TRUE(cut.session.grasp("right", cut.right).ok());
     ASSERT_TRUE(cut.session.grasp("lip", cut.lip).ok());
     double deepest = 0, said = 0;

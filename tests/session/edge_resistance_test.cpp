@@ -299,7 +299,6 @@ TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
   const Vec3 sheet{0.2, 0.12, 0.003};
   for (const double y : {0.0, 0.012}) {
     Scene scene = scalpel_scene(1e6, resistance, 0.045);
-    scene.simulation.tolerance = 0.002;
     SceneRigidTool& blade = scene.tools[0];
     blade.position = {-0.13, y, -0.0125};
     Session session = slab_session(scene, Mesh::kOpen, sheet, 0.0182);

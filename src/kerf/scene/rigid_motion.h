@@ -47,6 +47,7 @@ struct ToolMotion {
   Vec3 force, torque;                      ///< N, N m: of what it holds, on the tool, in this step
   Vec3 resistance,
       resistance_torque;  ///< N, N m: of what it cuts, as far as the last step tells; what it really is, this step finds
+  [[nodiscard]] bool is_between_lips() const { return inside || in_slit; }
   [[nodiscard]] RigidPlace pose(double time) const { return place_at(start, poses, time - began); }
   /// 1 open, 0 closed.
   [[nodiscard]] double jaws(double time) const;

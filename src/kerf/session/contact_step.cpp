@@ -372,7 +372,7 @@ void place_tips(const Body& body, const RigidShape& frame, ContactStep& c) {
 void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h,
                 DetectMemory& memory, ContactStep& c) {
   if (c.seen.out_of_range) return;
-  const auto between_lips = [&](std::size_t i) { return motions[i].inside || motions[i].in_slit; };
+  const auto between_lips = [&](std::size_t i) { return motions[i].is_between_lips(); };
   std::erase_if(memory.rims, [&](const RememberedRim& r) { return !between_lips(static_cast<std::size_t>(r.tool)); });
   std::erase_if(memory.flanks, [&](const ToolContact& f) { return !between_lips(static_cast<std::size_t>(f.tool)); });
   bool any = false;

@@ -115,6 +115,52 @@ def test_all_kinds_of_results(tmp_path):
     assert [row["a"] for row in rows] == ["1", "0.5", "NaN", "text"]  # a column of numbers and texts is one of texts
 
 
+STRANGE = os.fsdecode(b"\xff.stl")  # the name of a file, not UTF-8
+
+
+def test_texts_that_are_not_utf_8(tmp_path):
+    def texts(parameters, seed):
+        if seed == 2:
+            open(STRANGE)
+        if seed == 4:
+            return {STRANGE: 1}
+        return [{"t": "plain", "all": ["x"], "some": 1}, {"t": STRANGE, "all": [STRANGE], "some": STRANGE}][seed % 2]
+
+    plan = Plan(rows=[{"mesh": STRANGE}], seeds=5)
+    assert kerf.sweep.run(texts, plan, tmp_path, workers=0).failed == 2
+    rows = kerf.sweep.read(tmp_path).to_pylist()
+    assert rows[1]["t"] == rows[1]["some"] == rows[1]["mesh"] == "\\udcff.stl" and rows[1]["all"] == ["\\udcff.stl"] and rows[0]["some"] == "1"
+    assert "No such file" in rows[2]["error"] and "\\udcff.stl" in rows[2]["error"] and "is not UTF-8" in rows[4]["error"]
+    again = kerf.sweep.run(texts, plan, tmp_path, workers=0, retry_errors=True)
+    assert (again.new, again.failed) == (2, 2) and kerf.sweep.read(tmp_path)["row"].to_pylist() == list(range(5))
+    with pytest.raises(ValueError, match="not UTF-8"):
+        Plan({STRANGE: [1]})
+
+
+def test_a_row_that_was_lost_has_an_error_that_is_not_utf_8(tmp_path):
+    store = opened(tmp_path)
+    store.add([{**ROWS[0], "error_kind": "died", "error": STRANGE}])
+    store.close()
+    opened(tmp_path).close()
+    assert kerf.sweep.read(tmp_path)["error"].to_pylist() == ["\\udcff.stl"]
+
+
+@pytest.mark.parametrize("long, other", [(2**60 + 1, 0.5), ([2**60 + 1], [0.5]), (2**63 + 5, 0.5), (2**63 + 5, 5), (2**60 + 1, "x")])
+@pytest.mark.parametrize("rows_of_a_file", [1, 2])
+def test_long_numbers_beside_others(tmp_path, monkeypatch, long, other, rows_of_a_file):
+    monkeypatch.setattr(_store, "MOST_ROWS", rows_of_a_file)
+
+    def either(parameters, seed):
+        return {"h": other if seed else long}
+
+    for _ in range(2):
+        assert kerf.sweep.run(either, Plan(seeds=2), tmp_path, workers=0).done == 2
+    first, second = kerf.sweep.read(tmp_path)["h"].to_pylist()
+    if isinstance(first, str):
+        first, second = json.loads(first), second if isinstance(other, str) else json.loads(second)
+    assert first == pytest.approx(long, rel=1e-15) and second == other
+
+
 @pytest.mark.parametrize("result, words", [([1], "returns a dict"), ({"x": 1}, "'x' can't be the name"), ({"error": 1}, "'error' can't be"), ({"y": {}}, "y must be made of"),
                                            ({1: 1}, "names of results")])
 def test_results_that_are_none(tmp_path, result, words):

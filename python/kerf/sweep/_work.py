@@ -15,7 +15,7 @@ from typing import Any
 
 from .. import __version__
 from .._error import Error
-from ._plan import RESERVED, plain
+from ._plan import RESERVED, is_utf8, plain
 
 _kept: dict[str, Any] = {}  # what this process has of the sweep that it was last at
 
@@ -105,6 +105,8 @@ def _checked(result, row):
             raise TypeError(f"names of results are text, not {type(name).__name__}")
         if name in row or name in RESERVED:
             raise ValueError(f"{name!r} can't be the name of a result: it is that of a value or a column of every sweep")
+        if not is_utf8(name):
+            raise ValueError(f"{name!a} can't be the name of a result: it is not UTF-8; give another name")
     return {name: plain(value, name) for name, value in result.items()}
 
 

@@ -322,6 +322,41 @@ def test_a_scene_in_a_file_brings_its_meshes_along(tmp_path):
     assert scene({}, 1)["hash"] == f"{alone.hash:016x}"
 
 
+HALVES = {"visual": "halves.off", "thickness": 0.01}
+
+
+@pytest.mark.parametrize("body, refused", [
+    ({"model": "closed-sheet", "size": [0.12, 0.09, 0.002]}, False), ({"model": "sheet", "size": [0.12, 0.09, 0.002]}, True), ({**HALVES, "weld": 1e-9}, False),
+    ({**HALVES, "weld": 0}, True), (HALVES, True), ({"visual": "sheet"}, True), ({**HALVES, "weld": 1e-9, "collision_triangles": 0, "exact_paths": True}, False),
+    ({**HALVES, "weld": 1e-9, "collision_triangles": 20, "scale": 2, "position": [0, 0, 0.1], "collision": None}, False)])
+def test_a_body_is_bound_with_all_its_keys(tmp_path, monkeypatch, body, refused):
+    monkeypatch.chdir(tmp_path)
+    points = [(x / 10, y / 10, 0) for end in (0, 4) for x in range(end, end + 5) for y in range(5)]  # two sheets, a rim of each at one place
+    firsts = [25 * half + 5 * x + y for half in (0, 1) for x in range(4) for y in range(4)]
+    triangles = [(3, i, *ends) for i in firsts for ends in ((i + 5, i + 6), (i + 6, i + 1))]
+    rows = [(len(points), len(triangles), 0), *points, *triangles]
+    Path("halves.off").write_text("\n".join(["OFF", *(" ".join(map(str, row)) for row in rows), ""]))
+    scene = {"body": body, "simulation": {"time_step": 0.01, "threads": 1, "seed": 1}}
+    swept = kerf.sweep.Scene(scene, steps=1)
+    if refused:
+        for make in (lambda: kerf.Session(scene), lambda: swept.bind([]) or swept({}, 1)):
+            with pytest.raises(kerf.Error):
+                make()
+        return
+    alone = kerf.Session(scene)
+    alone.step()
+    swept.bind([])
+    assert swept({}, 1)["hash"] == f"{alone.hash:016x}"
+
+
+def test_a_scene_goes_through_two_sweeps(tmp_path):
+    scene = kerf.sweep.Scene({"body": {"model": "sheet"}}, steps=1)
+    for i, (name, value) in enumerate([("material.young", 1e4), ("body.model", "closed-sheet"), ("material.young", 1e4)]):
+        assert kerf.sweep.run(scene, Plan({name: [value]}), tmp_path / str(i), workers=0).failed == 0
+    first, other, again = (kerf.sweep.read(tmp_path / str(i))["hash"].to_pylist() for i in range(3))
+    assert first == again != other
+
+
 # --- The command line ---
 
 

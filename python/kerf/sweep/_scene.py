@@ -16,7 +16,7 @@ from .._session import Session
 
 __all__ = ["Scene"]
 
-OF_A_FILE = {"visual": "vertices", "collision": "collision", "scale": "scale", "thickness": "thickness", "exact_paths": "exact_paths",
+OF_A_FILE = {"visual": "vertices", "collision": "collision", "scale": "scale", "thickness": "thickness", "weld": "weld", "exact_paths": "exact_paths",
              "collision_triangles": "collision_triangles"}  # keys of [body] as arguments of kerf.bind()
 
 
@@ -29,9 +29,9 @@ class Scene:
     heaviest first, 16 at most), lowest (m, of the surface), farthest (m, that a vertex is from its place at rest), triangles, notes (how
     many), and the words of score where the scene has a lesion. With it or without: hash, of the final state, in hexadecimal.
     The row's seed becomes simulation.seed, and simulation.threads is 1, where the scene or the row does not say otherwise. A body from files, or
-    a model without options, is bound once, unless a value is a key of [body]: a row of the steak then takes 80 ms less, and other machines need
+    a model as it stands, is bound once, unless a value is a key of [body]: a row of the steak then takes 80 ms less, and other machines need
     no files.
-    kerf.Error, TypeError: as of kerf.Session; a body can't be bound.
+    kerf.Error, TypeError, ValueError: as of kerf.Session; a body can't be bound.
     """
 
     def __init__(self, scene: str | os.PathLike[str] | dict[str, Any] | _core.Body, *, steps: int | None = None, scripted: bool = True,
@@ -48,13 +48,15 @@ class Scene:
             text, name, folder, _ = source_of(scene)
             self._scene = _parsed(text, name)
             _place_files(self._scene, folder)
+        self._bound = self._scene  # what rows begin with
         self.__qualname__ = f"scene {scene}" if isinstance(scene, str) and "\n" not in scene else "scene"
 
     def bind(self, names: list[str]) -> None:
         """Binds what can be bound once for all rows, unless one of these values is a key of a body. kerf.sweep.run() calls it."""
+        self._bound = _copied(self._scene)
         if any(name.split(".")[0] == "body" for name in names):
             return
-        body = self._scene.get("body")
+        body = self._bound.get("body")
         for table in body if isinstance(body, list) else [body]:
             if not isinstance(table, dict):
                 continue
@@ -62,13 +64,15 @@ class Scene:
                 table["bound"] = load(table["bound"])
             elif isinstance(table.get("visual"), str):
                 given = {OF_A_FILE[key]: table.pop(key) for key in list(table) if key in OF_A_FILE}
-                table["bound"] = bind(given.pop("vertices"), **{key: value for key, value in given.items() if value})
-            elif isinstance(table.get("model"), str) and not {"options", *OF_A_FILE} & set(table):
+                if given.get("collision_triangles") == 0:  # as many as it needs
+                    del given["collision_triangles"]
+                table["bound"] = bind(Path(given.pop("vertices")), **{key: value for key, value in given.items() if value is not None})
+            elif isinstance(table.get("model"), str) and not {"options", "size", *OF_A_FILE} & set(table):
                 table["bound"] = bind(table.pop("model"))
 
     def with_values(self, parameters: Mapping[str, Any], seed: int) -> dict[str, Any]:
         """The scene of a row, as kerf.Session takes it. kerf.Error: a value's name leads nowhere."""
-        scene = _copied(self._scene)
+        scene = _copied(self._bound)
         for name, value in parameters.items():
             _set(scene, name, value)
         simulation = scene.setdefault("simulation", {})

@@ -349,6 +349,33 @@ def test_a_body_is_bound_with_all_its_keys(tmp_path, monkeypatch, body, refused)
     assert swept({}, 1)["hash"] == f"{alone.hash:016x}"
 
 
+def test_a_scene_that_was_edited_is_another_sweep(tmp_path):
+    path, plan = tmp_path / "own.toml", Plan({"material.young": [1e4]})
+    path.write_text('body.model = "sheet"\nsimulation.duration = 0.02\n')
+    (tmp_path / "moved").mkdir()
+    (tmp_path / "moved" / "other.toml").write_text(path.read_text())
+    body = kerf.bind("sheet")
+
+    def first(session):
+        return {"y": 1}
+
+    def second(session):
+        return {"y": 2}
+
+    Scene = kerf.sweep.Scene
+    for i, scene in enumerate([Scene(path), Scene("sheet", steps=1), Scene({"body": {"bound": body}}, steps=1, measure=first)]):
+        kerf.sweep.run(scene, plan, tmp_path / str(i), workers=0)
+    same = [(0, Scene(tmp_path / "moved" / "other.toml")), (1, Scene("sheet", steps=1)), (2, Scene({"body": {"bound": kerf.bind("sheet")}}, steps=1, measure=first))]
+    path.write_text(path.read_text().replace("0.02", "0.03"))
+    others = [(0, Scene(path)), (1, Scene("sheet", steps=2)), (1, Scene("sheet", steps=1, scripted=False)), (1, Scene("steak", steps=1)),
+              (2, Scene({"body": {"bound": kerf.bind("closed-sheet")}}, steps=1, measure=first)), (2, Scene({"body": {"bound": body}}, steps=1, measure=second))]
+    for i, scene in same:
+        assert kerf.sweep.run(scene, plan, tmp_path / str(i), workers=0).new == 0
+    for i, scene in others:
+        with pytest.raises(kerf.Error, match="holds another sweep, whose (scene|function) is"):
+            kerf.sweep.run(scene, plan, tmp_path / str(i), workers=0)
+
+
 def test_a_scene_goes_through_two_sweeps(tmp_path):
     scene = kerf.sweep.Scene({"body": {"model": "sheet"}}, steps=1)
     for i, (name, value) in enumerate([("material.young", 1e4), ("body.model", "closed-sheet"), ("material.young", 1e4)]):

@@ -79,7 +79,8 @@ def run(function: Callable[..., Mapping[str, Any]], plan: Plan | Iterable[Mappin
                cpus=_above_0(cpus, "cpus"), code=code_of([*modules, *module_of(function)]))
     if isinstance(function, Scene):
         function.bind(plan.names)
-    head = {"title": title, "function": _name_of(function), "rows": len(plan), "plan": plan.fingerprint, "parameters": plan.names}
+    head = {"title": title, "function": _name_of(function), "rows": len(plan), "plan": plan.fingerprint, "parameters": plan.names,
+            "scene": function.fingerprint if isinstance(function, Scene) else None}
     began = time.monotonic()
     store = Store(folder, head, plan.names, len(plan))
     try:

@@ -1,6 +1,7 @@
 """Sweeps: plans, the folder of results whatever happens to its writer, and rows by Ray that fail, hang, die and lose their machine."""
 
 import collections
+import importlib
 import json
 import os
 import re
@@ -491,6 +492,31 @@ def test_rows_that_raise_hang_and_die(ray, tmp_path):
     assert {row["seed"]: row["error_kind"] for row in rows if row["error"]} == {1: "raised", 3: "died", 7: "time"}
     assert rows[7]["error"] == "took longer than 6 s" and rows[3]["tries"] == 2 and rows[5]["error"] is None and rows[5]["tries"] >= 1
     assert all(row["y"] == row["seed"] for row in rows if not row["error"])
+
+
+def test_a_module_that_was_edited(ray, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    judge, own = tmp_path / "edited_judge.py", tmp_path / "edited_own.py"
+    judge.write_text("def value():\n    return 1\n")
+    own.write_text("import edited_judge\ndef f(parameters, seed):\n    return {'y': edited_judge.value()}\n")
+    import edited_judge
+    import edited_own
+
+    def outcome(folder):
+        kerf.sweep.run(edited_own.f, Plan(seeds=4), tmp_path / folder, modules=[edited_judge])
+        return set(kerf.sweep.read(tmp_path / folder)["y"].to_pylist())
+
+    assert outcome("first") == {1}
+    judge.write_text("def value():\n    return 1 + 1\n")
+    importlib.reload(edited_judge)
+    assert outcome("second") == {2}
+    judge.write_text("def value():\n    return 1 + 1 + 1\nraise ValueError('half made')\n")
+    for folder in ("third", "fourth"):
+        with pytest.raises(kerf.Error, match="can't begin: ValueError.*half made"):
+            outcome(folder)
+    judge.write_text("def value():\n    return 1 + 1 + 1\n")
+    assert outcome("fourth") == {3}
 
 
 def test_a_function_that_does_not_travel(ray, tmp_path):

@@ -63,14 +63,21 @@ def module_of(function: Callable[..., Any]) -> list[ModuleType]:
 
 
 def install(code: list[tuple[str, str, str]]) -> None:
-    """Makes modules of texts, in this order, where they are not there already."""
+    """Makes modules of texts, in this order, from the first on that is not there with this text: those behind it may import it."""
+    there = True
     for name, file, text in code:
-        if getattr(sys.modules.get(name), "__file__", None) == file:
+        there = there and getattr(sys.modules.get(name), "__kerf_text__", None) == text
+        if there:
             continue
         module = ModuleType(name)
         module.__file__ = file
         sys.modules[name] = module
-        exec(compile(text, file, "exec"), vars(module))
+        try:
+            exec(compile(text, file, "exec"), vars(module))
+        except BaseException:
+            del sys.modules[name]
+            raise
+        vars(module)["__kerf_text__"] = text
 
 
 def work(job: str, held: list[Any], chunk: list[tuple[int, dict[str, Any], int]], pace: float) -> Iterator[list[dict[str, Any]]]:

@@ -185,6 +185,33 @@ def test_what_a_row_raises_is_its_error(tmp_path):
     assert again.failed == 0
 
 
+def ends_at_3(parameters, seed):
+    if seed == 3:
+        time.sleep(parameters["pause"] / 20)
+        os.kill(int(parameters["driver"]), signal.SIGTERM)
+        time.sleep(parameters["pause"])
+    return {"y": seed}
+
+
+def terminated(folder, workers, pause):
+    """Does a run in this process take SIGTERM for Ctrl-C? What was done with the signal before is done again behind it."""
+    caught = []
+    before = signal.signal(signal.SIGTERM, lambda *_: caught.append(True))
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            kerf.sweep.run(ends_at_3, Plan({"driver": [os.getpid()], "pause": [pause]}, seeds=200), folder, workers=workers)
+        os.kill(os.getpid(), signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert caught == [True]
+    assert 0 < len(numbers_of(folder)) <= 3 and (folder / "_journal.jsonl").stat().st_size == 0
+
+
+def test_termination_in_this_process(tmp_path):
+    terminated(tmp_path, workers=0, pause=0)
+    assert numbers_of(tmp_path) == [0, 1, 2]
+
+
 def test_failed_rows_are_tried_again_on_request(tmp_path):
     def half(parameters, seed):
         if seed % 2 and not os.environ.get("KERF_TEST_MENDED"):
@@ -492,6 +519,10 @@ def test_rows_that_raise_hang_and_die(ray, tmp_path):
     assert {row["seed"]: row["error_kind"] for row in rows if row["error"]} == {1: "raised", 3: "died", 7: "time"}
     assert rows[7]["error"] == "took longer than 6 s" and rows[3]["tries"] == 2 and rows[5]["error"] is None and rows[5]["tries"] >= 1
     assert all(row["y"] == row["seed"] for row in rows if not row["error"])
+
+
+def test_termination_with_a_ray_that_was_there(ray, tmp_path):
+    terminated(tmp_path, workers=1, pause=10)
 
 
 def test_a_module_that_was_edited(ray, tmp_path, monkeypatch):

@@ -293,6 +293,27 @@ def test_a_writer_killed_between_file_and_journal(tmp_path):
     assert numbers_of(tmp_path) == list(range(40)) and len(list(tmp_path.glob("rows-*.parquet"))) == 2
 
 
+@pytest.mark.parametrize("listed", [False, True])
+def test_ctrl_c_behind_a_new_file(tmp_path, listed):
+    class Interrupted(list):
+        def append(self, path):
+            if listed:
+                super().append(path)
+            store._parts = list(self)
+            raise KeyboardInterrupt
+
+    store = opened(tmp_path)
+    store.add([{**row, "y": 1} for row in ROWS[:3]])
+    store._flush()
+    store.add([{**row, "y": 0.5} for row in ROWS[3:6]])
+    store._parts = Interrupted(store._parts)
+    with pytest.raises(KeyboardInterrupt):
+        store._flush()
+    store.close()
+    parts = sorted(tmp_path.glob("rows-*.parquet"))
+    assert sum(len(pq.read_table(part)) for part in parts) == 6 and len({str(pq.read_schema(part)) for part in parts}) == 1
+
+
 def test_all_files_have_the_same_columns(tmp_path, monkeypatch):
     monkeypatch.setattr(_store, "MOST_ROWS", 3)
     values = [None, None, None, 1, 2, 3, 0.5, 2, 1, 7]
@@ -432,11 +453,19 @@ def test_the_command_line(tmp_path, capsys):
 
 @pytest.mark.parametrize("text, words", [("", "either scene or function"), ("scene = 'sheet'\nsede = 1", "no key 'sede'"), ("function = 'f'", "names no function"),
                                          ("function = 'none.py:f'", "no such file"), ("scene = 'shet'", "did you mean"), ("x = ", "sweep.toml"),
-                                         ("scene = 'sheet'\nseeds = 0", "seeds must be 1"), ("scene = 'sheet'\n[grid]\na = { from = 1 }", "evenly spaced")])
+                                         ("scene = 'sheet'\nseeds = 0", "seeds must be 1"), ("scene = 'sheet'\ngrid = 5", "grid must be a table"),
+                                         ("scene = 'sheet'\nrandom = 5", "random must be a table"), ("function = 5", "function must be a text"),
+                                         ("scene = 'sheet'\nmodules = 'a.py'", "modules must be a list"), ("scene = 'sheet'\n[grid]\na = { from = 1 }", "evenly spaced")])
 def test_files_that_are_no_sweep(tmp_path, capsys, text, words):
     (tmp_path / "sweep.toml").write_text(text)
     assert main([str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--workers", "0"]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_no_seeds_are_not_those_of_the_file(tmp_path, capsys):
+    (tmp_path / "sweep.toml").write_text("scene = 'sheet'\nsteps = 1\nseeds = 2\n")
+    assert main([str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--workers", "0", "--seeds", "0"]) == 2
+    assert "seeds must be 1" in capsys.readouterr().err
 
 
 def pieces_of_the_page(language):

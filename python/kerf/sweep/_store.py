@@ -142,6 +142,7 @@ class Store:
             return
         try:
             self._flush()
+            self._parts = _parts(self.folder)  # one that _flush() wrote before Ctrl-C may not be listed
             _make_alike(self._parts, self._parameters)
         finally:
             self._journal.close()
@@ -152,8 +153,8 @@ class Store:
             number = int(self._parts[-1].stem.split("-")[1]) + 1 if self._parts else 0
             path = self.folder / f"rows-{number:06d}.parquet"
             _write(_table(self._rows, self._parameters), path)
+            self._rows = []  # first: Ctrl-C may come between any two lines, and close() writes what is here into the next file
             self._parts.append(path)
-        self._rows = []
         self._journal.truncate(0)
         self._bytes = 0
 

@@ -1,6 +1,5 @@
 """Sweeps: plans, the folder of results whatever happens to its writer, and rows by Ray that fail, hang, die and lose their machine."""
 
-import collections
 import importlib
 import json
 import os
@@ -9,7 +8,6 @@ import resource
 import signal
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 from pathlib import Path
@@ -377,7 +375,7 @@ HALVES = {"visual": "halves.off", "thickness": 0.01}
 @pytest.mark.parametrize("body, refused", [
     ({"model": "closed-sheet", "size": [0.12, 0.09, 0.002]}, False), ({"model": "sheet", "size": [0.12, 0.09, 0.002]}, True), ({**HALVES, "weld": 1e-9}, False),
     ({**HALVES, "weld": 0}, True), (HALVES, True), ({"visual": "sheet"}, True), ({**HALVES, "weld": 1e-9, "collision_triangles": 0, "exact_paths": True}, False),
-    ({**HALVES, "weld": 1e-9, "collision_triangles": 20, "scale": 2, "position": [0, 0, 0.1], "collision": None}, False)])
+    ({**HALVES, "weld": 1e-9, "scale": 2, "position": [0, 0, 0.1], "collision": None}, False)])
 def test_a_body_is_bound_with_all_its_keys(tmp_path, monkeypatch, body, refused):
     monkeypatch.chdir(tmp_path)
     points = [(x / 10, y / 10, 0) for end in (0, 4) for x in range(end, end + 5) for y in range(5)]  # two sheets, a rim of each at one place
@@ -485,11 +483,23 @@ def test_the_file_of_the_page(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def ray():
-    """Ray on this machine, with two processors."""
-    ray = pytest.importorskip("ray")
+def cluster():
+    """A cluster of one machine with two processors, to which others can be added."""
+    pytest.importorskip("ray")
+    from ray.cluster_utils import Cluster
+
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
-    ray.init(address="local", num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="error")
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 2, "include_dashboard": False})
+    yield cluster
+    cluster.shutdown()
+
+
+@pytest.fixture(scope="module")
+def ray(cluster):
+    """Ray, to whose cluster this process is connected."""
+    import ray
+
+    ray.init(address=cluster.address, log_to_driver=False, logging_level="error")
     yield ray
     ray.shutdown()
 
@@ -542,11 +552,11 @@ def test_rows_that_raise_hang_and_die(ray, tmp_path):
     (tmp_path / "begun").mkdir()
     do = ["", "raise", "", "die", "", "die once", "", "hang", "", ""] + [""] * 20
     plan = Plan({"folder": [str(tmp_path / "begun")], "do": [do]}, seeds=30)
-    summary = kerf.sweep.run(trouble, plan, tmp_path / "out", time_limit=6, tries=2)
+    summary = kerf.sweep.run(trouble, plan, tmp_path / "out", time_limit=3, tries=2)
     rows = kerf.sweep.read(tmp_path / "out").to_pylist()
     assert [row["row"] for row in rows] == list(range(30)) and summary.failed == 3
     assert {row["seed"]: row["error_kind"] for row in rows if row["error"]} == {1: "raised", 3: "died", 7: "time"}
-    assert rows[7]["error"] == "took longer than 6 s" and rows[3]["tries"] == 2 and rows[5]["error"] is None and rows[5]["tries"] >= 1
+    assert rows[7]["error"] == "took longer than 3 s" and rows[3]["tries"] == 2 and rows[5]["error"] is None and rows[5]["tries"] >= 1
     assert all(row["y"] == row["seed"] for row in rows if not row["error"])
 
 
@@ -601,68 +611,71 @@ def test_two_thousand_rows_take_no_more_memory_than_two_hundred(ray, tmp_path):
     assert numbers_of(tmp_path / "many") == list(range(2000))
 
 
-def test_a_driver_that_is_killed_goes_on(tmp_path):
-    pytest.importorskip("ray")
-    code = textwrap.dedent("""
-        import sys, time, kerf.sweep
-        def row(parameters, seed):
-            open(f"{parameters['folder']}/{seed}", "a").write("x")
-            time.sleep(0.1)
-            return {"y": seed}
-        print(kerf.sweep.run(row, kerf.sweep.Plan({"folder": [sys.argv[1]]}, seeds=120), sys.argv[2], workers=2).new)
-        """)
+DRIVER = """
+import sys, time, kerf.sweep
+def row(parameters, seed, pause=0):
+    with open(f"{parameters['folder']}/{seed}", "a") as begun:
+        begun.write("x")
+    time.sleep(pause)
+    return {"y": seed}
+def run(begun, folder, **options):
+    return kerf.sweep.run(row, kerf.sweep.Plan({"folder": [begun]}, seeds=120), folder, **options)
+if __name__ == "__main__":
+    run(sys.argv[1], sys.argv[2], workers=2, address=sys.argv[3] or None, shared={"pause": 0.05})
+"""
+
+
+def test_a_driver_that_is_killed_goes_on(cluster, tmp_path):
+    """SIGTERM comes to one that has made a Ray of its own, the others are on a cluster; this process then does the rest alone."""
     (tmp_path / "begun").mkdir()
-    command = [sys.executable, "-c", code, str(tmp_path / "begun"), str(tmp_path / "out")]
-    for ending in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
-        before = len(numbers_of(tmp_path / "out")) if (tmp_path / "out" / "_sweep.json").exists() else 0
-        driver = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        wait_for(lambda: (tmp_path / "out" / "_sweep.json").exists() and len(numbers_of(tmp_path / "out")) > before + 5)
+    begun, out = str(tmp_path / "begun"), tmp_path / "out"
+
+    def done():
+        return len(numbers_of(out)) if (out / "_sweep.json").exists() else 0
+
+    for ending, address in ((signal.SIGTERM, ""), (signal.SIGINT, cluster.address), (signal.SIGKILL, cluster.address)):
+        before = done()
+        driver = subprocess.Popen([sys.executable, "-c", DRIVER, begun, str(out), address], stderr=subprocess.PIPE)
+        wait_for(lambda driver=driver, before=before: done() > before + 5 or driver.poll() is not None)
         driver.send_signal(ending)
         _, told = driver.communicate(timeout=120)
         assert ending == signal.SIGKILL or b"KeyboardInterrupt" in told
-        assert driver.returncode != 0 and before + 5 < len(numbers_of(tmp_path / "out")) < 120
-    before = len(numbers_of(tmp_path / "out"))
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0 and int(done.stdout) == 120 - before, done.stderr
-    assert numbers_of(tmp_path / "out") == list(range(120)) and kerf.sweep.read(tmp_path / "out")["y"].to_pylist() == list(range(120))
-    begun = collections.Counter(len((tmp_path / "begun" / str(i)).read_text()) for i in range(120))
-    assert sum(rows for times, rows in begun.items() if times > 1) < 30  # only what was on its way was begun again
+        assert driver.returncode != 0 and before + 5 < done() < 120, told
+    before, names = done(), {"__name__": "driver"}
+    exec(DRIVER, names)
+    assert names["run"](begun, out, workers=0).new == 120 - before
+    assert sum(len(pq.read_table(part)) for part in out.glob("rows-*.parquet")) == 120
+    assert numbers_of(out) == list(range(120)) and kerf.sweep.read(out)["y"].to_pylist() == list(range(120))
+    times = [os.path.getsize(tmp_path / "begun" / str(i)) for i in range(120)]
+    assert min(times) == 1 and sum(begun > 1 for begun in times) < 30  # only what was on its way was begun again
 
 
-def test_a_cluster_that_loses_a_machine(tmp_path):
-    ray = pytest.importorskip("ray")
-    if ray.is_initialized():
-        ray.shutdown()
-    from ray.cluster_utils import Cluster
+def test_a_cluster_that_loses_a_machine(cluster, ray, tmp_path):
+    begun, out, lost = tmp_path / "begun", tmp_path / "out", []
+    begun.mkdir()
+    node = cluster.add_node(num_cpus=1)
+    cluster.wait_for_nodes()
 
-    (tmp_path / "nodes").mkdir()
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
-    try:
-        nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
-        cluster.wait_for_nodes()
+    def row(parameters, seed):
+        node = ray.get_runtime_context().get_node_id()
+        open(os.path.join(parameters["folder"], node), "w").close()
+        while len(os.listdir(parameters["folder"])) < 2:
+            time.sleep(0.02)
+        time.sleep(0.05)
+        return {"y": seed, "node": node}
 
-        def row(parameters, seed):
-            node = ray.get_runtime_context().get_node_id()
-            open(os.path.join(parameters["folder"], node), "w").close()
-            while len(os.listdir(parameters["folder"])) < 3:
-                time.sleep(0.1)
-            time.sleep(0.1)
-            return {"y": seed, "node": node}
+    def lose():
+        wait_for(lambda: len(os.listdir(begun)) == 2 and len({row["node"] for row in kerf.sweep.read(out).to_pylist()}) == 2 and len(numbers_of(out)) > 10)
+        lost.append(len(numbers_of(out)))
+        cluster.remove_node(node, allow_graceful=False)
 
-        def lose():
-            wait_for(lambda: len(os.listdir(tmp_path / "nodes")) == 3 and len(numbers_of(tmp_path / "out")) > 10)
-            cluster.remove_node(nodes[0], allow_graceful=False)
-
-        killer = threading.Thread(target=lose)
-        killer.start()
-        summary = kerf.sweep.run(row, Plan({"folder": [str(tmp_path / "nodes")]}, seeds=200), tmp_path / "out", address=cluster.address, tries=3)
-        killer.join()
-        assert (summary.done, summary.failed) == (200, 0)
-        table = kerf.sweep.read(tmp_path / "out")
-        assert table["y"].to_pylist() == list(range(200)) and 2 <= len(set(table["node"].to_pylist())) <= 3
-    finally:
-        ray.shutdown()
-        cluster.shutdown()
+    killer = threading.Thread(target=lose)
+    killer.start()
+    summary = kerf.sweep.run(row, Plan({"folder": [str(begun)]}, seeds=80), out, tries=3)
+    killer.join()
+    assert (summary.done, summary.failed) == (80, 0) and lost[0] < 60
+    table = kerf.sweep.read(out)
+    assert table["y"].to_pylist() == list(range(80)) and len(set(table["node"].to_pylist())) == 2
 
 
 def wait_for(what, seconds=180):

@@ -34,6 +34,8 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     is one of their counts, by default the model's, and kerf.Error names them. exact_paths: exact geodesics, slower and a
     little shorter.
     young (Pa), poisson, density (kg/m3): of the material; scenes use them where they say none.
+    Arrays and objects of other packages bring no texture. So an open sheet that is split at UV seams is refused, or keeps a seam as a slit:
+    weld=1e-9 joins seams. An OBJ or a PLY by its path brings its texture, whose seams are merged.
 
     kerf.Error: a mesh that can't be bound, with the program's words; its `diagnosis` is a dict as body.diagnosis where a collision mesh was
     tried to be made. TypeError, ValueError: arguments that are no such meshes or numbers. Python's lock is free meanwhile; Ctrl-C ends it.

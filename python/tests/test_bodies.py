@@ -150,6 +150,31 @@ def test_open_sheets(tmp_path):
     assert (tmp_path / "mine.kerf").read_bytes() == (tmp_path / "program.kerf").read_bytes() and not body.closed
 
 
+@pytest.mark.parametrize("seam", [2, 5])
+def test_arrays_bring_no_texture_and_seams_stay(tmp_path, seam):
+    """Of a sheet of 4 x 4 squares, the lowest rows of vertices are there twice in the middle, with a texture that differs."""
+    points, numbers = [], {}
+
+    def number(x, y, side):
+        key = (x, y, side and x == 2 and y < seam)
+        if key not in numbers:
+            numbers[key] = len(points)
+            points.append((x / 10, y / 10, 0, x / 8 + key[2] / 2, y / 8))
+        return numbers[key]
+
+    squares = [[number(x + i, y + j, x >= 2) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))] for x in range(4) for y in range(4)]
+    triangles = np.array([corners for a, b, c, d in squares for corners in ((a, b, c), (a, c, d))])
+    lines = [f"v {x} {y} {z}\nvt {u} {v}" for x, y, z, u, v in points] + ["f " + " ".join(f"{i}/{i}" for i in row) for row in triangles + 1]
+    (tmp_path / "sheet.obj").write_text("\n".join([*lines, ""]))
+    arrays = np.array(points)[:, :3], triangles
+    assert len(kerf.bind(tmp_path / "sheet.obj", thickness=0.01).vertices) == 25 == len(kerf.bind(*arrays, thickness=0.01, weld=1e-9).vertices)
+    if seam == 5:
+        with pytest.raises(kerf.Error, match="2 separate bodies"):
+            kerf.bind(*arrays, thickness=0.01)
+    else:
+        assert len(kerf.bind(*arrays, thickness=0.01).vertices) == 25 + seam
+
+
 def test_sessions_have_the_bits_of_the_program_s_file(body, tmp_path):
     assert run("bind", write_obj(tmp_path / "plate.obj", PLATE), "--out", tmp_path / "plate.kerf").returncode == 0
     sessions = [kerf.Session(tmp_path / "plate.kerf"), kerf.Session(body), kerf.Session(kerf.load(tmp_path / "plate.kerf"))]

@@ -1,6 +1,6 @@
 """Sweeps: plans, the folder of results whatever happens to its writer, and rows by Ray that fail, hang, die and lose their machine."""
 
-import collections
+import importlib
 import json
 import os
 import re
@@ -8,7 +8,6 @@ import resource
 import signal
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 from pathlib import Path
@@ -115,6 +114,52 @@ def test_all_kinds_of_results(tmp_path):
     assert [row["a"] for row in rows] == ["1", "0.5", "NaN", "text"]  # a column of numbers and texts is one of texts
 
 
+STRANGE = os.fsdecode(b"\xff.stl")  # the name of a file, not UTF-8
+
+
+def test_texts_that_are_not_utf_8(tmp_path):
+    def texts(parameters, seed):
+        if seed == 2:
+            open(STRANGE)
+        if seed == 4:
+            return {STRANGE: 1}
+        return [{"t": "plain", "all": ["x"], "some": 1}, {"t": STRANGE, "all": [STRANGE], "some": STRANGE}][seed % 2]
+
+    plan = Plan(rows=[{"mesh": STRANGE}], seeds=5)
+    assert kerf.sweep.run(texts, plan, tmp_path, workers=0).failed == 2
+    rows = kerf.sweep.read(tmp_path).to_pylist()
+    assert rows[1]["t"] == rows[1]["some"] == rows[1]["mesh"] == "\\udcff.stl" and rows[1]["all"] == ["\\udcff.stl"] and rows[0]["some"] == "1"
+    assert "No such file" in rows[2]["error"] and "\\udcff.stl" in rows[2]["error"] and "is not UTF-8" in rows[4]["error"]
+    again = kerf.sweep.run(texts, plan, tmp_path, workers=0, retry_errors=True)
+    assert (again.new, again.failed) == (2, 2) and kerf.sweep.read(tmp_path)["row"].to_pylist() == list(range(5))
+    with pytest.raises(ValueError, match="not UTF-8"):
+        Plan({STRANGE: [1]})
+
+
+def test_a_row_that_was_lost_has_an_error_that_is_not_utf_8(tmp_path):
+    store = opened(tmp_path)
+    store.add([{**ROWS[0], "error_kind": "died", "error": STRANGE}])
+    store.close()
+    opened(tmp_path).close()
+    assert kerf.sweep.read(tmp_path)["error"].to_pylist() == ["\\udcff.stl"]
+
+
+@pytest.mark.parametrize("long, other", [(2**60 + 1, 0.5), ([2**60 + 1], [0.5]), (2**63 + 5, 0.5), (2**63 + 5, 5), (2**60 + 1, "x")])
+@pytest.mark.parametrize("rows_of_a_file", [1, 2])
+def test_long_numbers_beside_others(tmp_path, monkeypatch, long, other, rows_of_a_file):
+    monkeypatch.setattr(_store, "MOST_ROWS", rows_of_a_file)
+
+    def either(parameters, seed):
+        return {"h": other if seed else long}
+
+    for _ in range(2):
+        assert kerf.sweep.run(either, Plan(seeds=2), tmp_path, workers=0).done == 2
+    first, second = kerf.sweep.read(tmp_path)["h"].to_pylist()
+    if isinstance(first, str):
+        first, second = json.loads(first), second if isinstance(other, str) else json.loads(second)
+    assert first == pytest.approx(long, rel=1e-15) and second == other
+
+
 @pytest.mark.parametrize("result, words", [([1], "returns a dict"), ({"x": 1}, "'x' can't be the name"), ({"error": 1}, "'error' can't be"), ({"y": {}}, "y must be made of"),
                                            ({1: 1}, "names of results")])
 def test_results_that_are_none(tmp_path, result, words):
@@ -136,6 +181,33 @@ def test_what_a_row_raises_is_its_error(tmp_path):
     assert errors[2].startswith("ZeroDivisionError: ") and "(test_sweep.py:" in errors[2] and errors[3].startswith("SystemExit: gone")
     again = kerf.sweep.run(lambda parameters, seed: {"mass": 1.0}, plan, tmp_path / "other", workers=0)
     assert again.failed == 0
+
+
+def ends_at_3(parameters, seed):
+    if seed == 3:
+        time.sleep(parameters["pause"] / 20)
+        os.kill(int(parameters["driver"]), signal.SIGTERM)
+        time.sleep(parameters["pause"])
+    return {"y": seed}
+
+
+def terminated(folder, workers, pause):
+    """Does a run in this process take SIGTERM for Ctrl-C? What was done with the signal before is done again behind it."""
+    caught = []
+    before = signal.signal(signal.SIGTERM, lambda *_: caught.append(True))
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            kerf.sweep.run(ends_at_3, Plan({"driver": [os.getpid()], "pause": [pause]}, seeds=200), folder, workers=workers)
+        os.kill(os.getpid(), signal.SIGTERM)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert caught == [True]
+    assert 0 < len(numbers_of(folder)) <= 3 and (folder / "_journal.jsonl").stat().st_size == 0
+
+
+def test_termination_in_this_process(tmp_path):
+    terminated(tmp_path, workers=0, pause=0)
+    assert numbers_of(tmp_path) == [0, 1, 2]
 
 
 def test_failed_rows_are_tried_again_on_request(tmp_path):
@@ -219,6 +291,27 @@ def test_a_writer_killed_between_file_and_journal(tmp_path):
     assert numbers_of(tmp_path) == list(range(40)) and len(list(tmp_path.glob("rows-*.parquet"))) == 2
 
 
+@pytest.mark.parametrize("listed", [False, True])
+def test_ctrl_c_behind_a_new_file(tmp_path, listed):
+    class Interrupted(list):
+        def append(self, path):
+            if listed:
+                super().append(path)
+            store._parts = list(self)
+            raise KeyboardInterrupt
+
+    store = opened(tmp_path)
+    store.add([{**row, "y": 1} for row in ROWS[:3]])
+    store._flush()
+    store.add([{**row, "y": 0.5} for row in ROWS[3:6]])
+    store._parts = Interrupted(store._parts)
+    with pytest.raises(KeyboardInterrupt):
+        store._flush()
+    store.close()
+    parts = sorted(tmp_path.glob("rows-*.parquet"))
+    assert sum(len(pq.read_table(part)) for part in parts) == 6 and len({str(pq.read_schema(part)) for part in parts}) == 1
+
+
 def test_all_files_have_the_same_columns(tmp_path, monkeypatch):
     monkeypatch.setattr(_store, "MOST_ROWS", 3)
     values = [None, None, None, 1, 2, 3, 0.5, 2, 1, 7]
@@ -276,6 +369,68 @@ def test_a_scene_in_a_file_brings_its_meshes_along(tmp_path):
     assert scene({}, 1)["hash"] == f"{alone.hash:016x}"
 
 
+HALVES = {"visual": "halves.off", "thickness": 0.01}
+
+
+@pytest.mark.parametrize("body, refused", [
+    ({"model": "closed-sheet", "size": [0.12, 0.09, 0.002]}, False), ({"model": "sheet", "size": [0.12, 0.09, 0.002]}, True), ({**HALVES, "weld": 1e-9}, False),
+    ({**HALVES, "weld": 0}, True), (HALVES, True), ({"visual": "sheet"}, True), ({**HALVES, "weld": 1e-9, "collision_triangles": 0, "exact_paths": True}, False),
+    ({**HALVES, "weld": 1e-9, "scale": 2, "position": [0, 0, 0.1], "collision": None}, False)])
+def test_a_body_is_bound_with_all_its_keys(tmp_path, monkeypatch, body, refused):
+    monkeypatch.chdir(tmp_path)
+    points = [(x / 10, y / 10, 0) for end in (0, 4) for x in range(end, end + 5) for y in range(5)]  # two sheets, a rim of each at one place
+    firsts = [25 * half + 5 * x + y for half in (0, 1) for x in range(4) for y in range(4)]
+    triangles = [(3, i, *ends) for i in firsts for ends in ((i + 5, i + 6), (i + 6, i + 1))]
+    rows = [(len(points), len(triangles), 0), *points, *triangles]
+    Path("halves.off").write_text("\n".join(["OFF", *(" ".join(map(str, row)) for row in rows), ""]))
+    scene = {"body": body, "simulation": {"time_step": 0.01, "threads": 1, "seed": 1}}
+    swept = kerf.sweep.Scene(scene, steps=1)
+    if refused:
+        for make in (lambda: kerf.Session(scene), lambda: swept.bind([]) or swept({}, 1)):
+            with pytest.raises(kerf.Error):
+                make()
+        return
+    alone = kerf.Session(scene)
+    alone.step()
+    swept.bind([])
+    assert swept({}, 1)["hash"] == f"{alone.hash:016x}"
+
+
+def test_a_scene_that_was_edited_is_another_sweep(tmp_path):
+    path, plan = tmp_path / "own.toml", Plan({"material.young": [1e4]})
+    path.write_text('body.model = "sheet"\nsimulation.duration = 0.02\n')
+    (tmp_path / "moved").mkdir()
+    (tmp_path / "moved" / "other.toml").write_text(path.read_text())
+    body = kerf.bind("sheet")
+
+    def first(session):
+        return {"y": 1}
+
+    def second(session):
+        return {"y": 2}
+
+    Scene = kerf.sweep.Scene
+    for i, scene in enumerate([Scene(path), Scene("sheet", steps=1), Scene({"body": {"bound": body}}, steps=1, measure=first)]):
+        kerf.sweep.run(scene, plan, tmp_path / str(i), workers=0)
+    same = [(0, Scene(tmp_path / "moved" / "other.toml")), (1, Scene("sheet", steps=1)), (2, Scene({"body": {"bound": kerf.bind("sheet")}}, steps=1, measure=first))]
+    path.write_text(path.read_text().replace("0.02", "0.03"))
+    others = [(0, Scene(path)), (1, Scene("sheet", steps=2)), (1, Scene("sheet", steps=1, scripted=False)), (1, Scene("steak", steps=1)),
+              (2, Scene({"body": {"bound": kerf.bind("closed-sheet")}}, steps=1, measure=first)), (2, Scene({"body": {"bound": body}}, steps=1, measure=second))]
+    for i, scene in same:
+        assert kerf.sweep.run(scene, plan, tmp_path / str(i), workers=0).new == 0
+    for i, scene in others:
+        with pytest.raises(kerf.Error, match="holds another sweep, whose (scene|function) is"):
+            kerf.sweep.run(scene, plan, tmp_path / str(i), workers=0)
+
+
+def test_a_scene_goes_through_two_sweeps(tmp_path):
+    scene = kerf.sweep.Scene({"body": {"model": "sheet"}}, steps=1)
+    for i, (name, value) in enumerate([("material.young", 1e4), ("body.model", "closed-sheet"), ("material.young", 1e4)]):
+        assert kerf.sweep.run(scene, Plan({name: [value]}), tmp_path / str(i), workers=0).failed == 0
+    first, other, again = (kerf.sweep.read(tmp_path / str(i))["hash"].to_pylist() for i in range(3))
+    assert first == again != other
+
+
 # --- The command line ---
 
 
@@ -296,11 +451,19 @@ def test_the_command_line(tmp_path, capsys):
 
 @pytest.mark.parametrize("text, words", [("", "either scene or function"), ("scene = 'sheet'\nsede = 1", "no key 'sede'"), ("function = 'f'", "names no function"),
                                          ("function = 'none.py:f'", "no such file"), ("scene = 'shet'", "did you mean"), ("x = ", "sweep.toml"),
-                                         ("scene = 'sheet'\nseeds = 0", "seeds must be 1"), ("scene = 'sheet'\n[grid]\na = { from = 1 }", "evenly spaced")])
+                                         ("scene = 'sheet'\nseeds = 0", "seeds must be 1"), ("scene = 'sheet'\ngrid = 5", "grid must be a table"),
+                                         ("scene = 'sheet'\nrandom = 5", "random must be a table"), ("function = 5", "function must be a text"),
+                                         ("scene = 'sheet'\nmodules = 'a.py'", "modules must be a list"), ("scene = 'sheet'\n[grid]\na = { from = 1 }", "evenly spaced")])
 def test_files_that_are_no_sweep(tmp_path, capsys, text, words):
     (tmp_path / "sweep.toml").write_text(text)
     assert main([str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--workers", "0"]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_no_seeds_are_not_those_of_the_file(tmp_path, capsys):
+    (tmp_path / "sweep.toml").write_text("scene = 'sheet'\nsteps = 1\nseeds = 2\n")
+    assert main([str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--workers", "0", "--seeds", "0"]) == 2
+    assert "seeds must be 1" in capsys.readouterr().err
 
 
 def pieces_of_the_page(language):
@@ -320,11 +483,23 @@ def test_the_file_of_the_page(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def ray():
-    """Ray on this machine, with two processors."""
-    ray = pytest.importorskip("ray")
+def cluster():
+    """A cluster of one machine with two processors, to which others can be added."""
+    pytest.importorskip("ray")
+    from ray.cluster_utils import Cluster
+
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
-    ray.init(address="local", num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="error")
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 2, "include_dashboard": False})
+    yield cluster
+    cluster.shutdown()
+
+
+@pytest.fixture(scope="module")
+def ray(cluster):
+    """Ray, to whose cluster this process is connected."""
+    import ray
+
+    ray.init(address=cluster.address, log_to_driver=False, logging_level="error")
     yield ray
     ray.shutdown()
 
@@ -377,12 +552,41 @@ def test_rows_that_raise_hang_and_die(ray, tmp_path):
     (tmp_path / "begun").mkdir()
     do = ["", "raise", "", "die", "", "die once", "", "hang", "", ""] + [""] * 20
     plan = Plan({"folder": [str(tmp_path / "begun")], "do": [do]}, seeds=30)
-    summary = kerf.sweep.run(trouble, plan, tmp_path / "out", time_limit=6, tries=2)
+    summary = kerf.sweep.run(trouble, plan, tmp_path / "out", time_limit=3, tries=2)
     rows = kerf.sweep.read(tmp_path / "out").to_pylist()
     assert [row["row"] for row in rows] == list(range(30)) and summary.failed == 3
     assert {row["seed"]: row["error_kind"] for row in rows if row["error"]} == {1: "raised", 3: "died", 7: "time"}
-    assert rows[7]["error"] == "took longer than 6 s" and rows[3]["tries"] == 2 and rows[5]["error"] is None and rows[5]["tries"] >= 1
+    assert rows[7]["error"] == "took longer than 3 s" and rows[3]["tries"] == 2 and rows[5]["error"] is None and rows[5]["tries"] >= 1
     assert all(row["y"] == row["seed"] for row in rows if not row["error"])
+
+
+def test_termination_with_a_ray_that_was_there(ray, tmp_path):
+    terminated(tmp_path, workers=1, pause=10)
+
+
+def test_a_module_that_was_edited(ray, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    judge, own = tmp_path / "edited_judge.py", tmp_path / "edited_own.py"
+    judge.write_text("def value():\n    return 1\n")
+    own.write_text("import edited_judge\ndef f(parameters, seed):\n    return {'y': edited_judge.value()}\n")
+    import edited_judge
+    import edited_own
+
+    def outcome(folder):
+        kerf.sweep.run(edited_own.f, Plan(seeds=4), tmp_path / folder, modules=[edited_judge])
+        return set(kerf.sweep.read(tmp_path / folder)["y"].to_pylist())
+
+    assert outcome("first") == {1}
+    judge.write_text("def value():\n    return 1 + 1\n")
+    importlib.reload(edited_judge)
+    assert outcome("second") == {2}
+    judge.write_text("def value():\n    return 1 + 1 + 1\nraise ValueError('half made')\n")
+    for folder in ("third", "fourth"):
+        with pytest.raises(kerf.Error, match="can't begin: ValueError.*half made"):
+            outcome(folder)
+    judge.write_text("def value():\n    return 1 + 1 + 1\n")
+    assert outcome("fourth") == {3}
 
 
 def test_a_function_that_does_not_travel(ray, tmp_path):
@@ -407,68 +611,71 @@ def test_two_thousand_rows_take_no_more_memory_than_two_hundred(ray, tmp_path):
     assert numbers_of(tmp_path / "many") == list(range(2000))
 
 
-def test_a_driver_that_is_killed_goes_on(tmp_path):
-    pytest.importorskip("ray")
-    code = textwrap.dedent("""
-        import sys, time, kerf.sweep
-        def row(parameters, seed):
-            open(f"{parameters['folder']}/{seed}", "a").write("x")
-            time.sleep(0.1)
-            return {"y": seed}
-        print(kerf.sweep.run(row, kerf.sweep.Plan({"folder": [sys.argv[1]]}, seeds=120), sys.argv[2], workers=2).new)
-        """)
+DRIVER = """
+import sys, time, kerf.sweep
+def row(parameters, seed, pause=0):
+    with open(f"{parameters['folder']}/{seed}", "a") as begun:
+        begun.write("x")
+    time.sleep(pause)
+    return {"y": seed}
+def run(begun, folder, **options):
+    return kerf.sweep.run(row, kerf.sweep.Plan({"folder": [begun]}, seeds=120), folder, **options)
+if __name__ == "__main__":
+    run(sys.argv[1], sys.argv[2], workers=2, address=sys.argv[3] or None, shared={"pause": 0.05})
+"""
+
+
+def test_a_driver_that_is_killed_goes_on(cluster, tmp_path):
+    """SIGTERM comes to one that has made a Ray of its own, the others are on a cluster; this process then does the rest alone."""
     (tmp_path / "begun").mkdir()
-    command = [sys.executable, "-c", code, str(tmp_path / "begun"), str(tmp_path / "out")]
-    for ending in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
-        before = len(numbers_of(tmp_path / "out")) if (tmp_path / "out" / "_sweep.json").exists() else 0
-        driver = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        wait_for(lambda: (tmp_path / "out" / "_sweep.json").exists() and len(numbers_of(tmp_path / "out")) > before + 5)
+    begun, out = str(tmp_path / "begun"), tmp_path / "out"
+
+    def done():
+        return len(numbers_of(out)) if (out / "_sweep.json").exists() else 0
+
+    for ending, address in ((signal.SIGTERM, ""), (signal.SIGINT, cluster.address), (signal.SIGKILL, cluster.address)):
+        before = done()
+        driver = subprocess.Popen([sys.executable, "-c", DRIVER, begun, str(out), address], stderr=subprocess.PIPE)
+        wait_for(lambda driver=driver, before=before: done() > before + 5 or driver.poll() is not None)
         driver.send_signal(ending)
         _, told = driver.communicate(timeout=120)
         assert ending == signal.SIGKILL or b"KeyboardInterrupt" in told
-        assert driver.returncode != 0 and before + 5 < len(numbers_of(tmp_path / "out")) < 120
-    before = len(numbers_of(tmp_path / "out"))
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0 and int(done.stdout) == 120 - before, done.stderr
-    assert numbers_of(tmp_path / "out") == list(range(120)) and kerf.sweep.read(tmp_path / "out")["y"].to_pylist() == list(range(120))
-    begun = collections.Counter(len((tmp_path / "begun" / str(i)).read_text()) for i in range(120))
-    assert sum(rows for times, rows in begun.items() if times > 1) < 30  # only what was on its way was begun again
+        assert driver.returncode != 0 and before + 5 < done() < 120, told
+    before, names = done(), {"__name__": "driver"}
+    exec(DRIVER, names)
+    assert names["run"](begun, out, workers=0).new == 120 - before
+    assert sum(len(pq.read_table(part)) for part in out.glob("rows-*.parquet")) == 120
+    assert numbers_of(out) == list(range(120)) and kerf.sweep.read(out)["y"].to_pylist() == list(range(120))
+    times = [os.path.getsize(tmp_path / "begun" / str(i)) for i in range(120)]
+    assert min(times) == 1 and sum(begun > 1 for begun in times) < 30  # only what was on its way was begun again
 
 
-def test_a_cluster_that_loses_a_machine(tmp_path):
-    ray = pytest.importorskip("ray")
-    if ray.is_initialized():
-        ray.shutdown()
-    from ray.cluster_utils import Cluster
+def test_a_cluster_that_loses_a_machine(cluster, ray, tmp_path):
+    begun, out, lost = tmp_path / "begun", tmp_path / "out", []
+    begun.mkdir()
+    node = cluster.add_node(num_cpus=1)
+    cluster.wait_for_nodes()
 
-    (tmp_path / "nodes").mkdir()
-    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
-    try:
-        nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
-        cluster.wait_for_nodes()
+    def row(parameters, seed):
+        node = ray.get_runtime_context().get_node_id()
+        open(os.path.join(parameters["folder"], node), "w").close()
+        while len(os.listdir(parameters["folder"])) < 2:
+            time.sleep(0.02)
+        time.sleep(0.05)
+        return {"y": seed, "node": node}
 
-        def row(parameters, seed):
-            node = ray.get_runtime_context().get_node_id()
-            open(os.path.join(parameters["folder"], node), "w").close()
-            while len(os.listdir(parameters["folder"])) < 3:
-                time.sleep(0.1)
-            time.sleep(0.1)
-            return {"y": seed, "node": node}
+    def lose():
+        wait_for(lambda: len(os.listdir(begun)) == 2 and len({row["node"] for row in kerf.sweep.read(out).to_pylist()}) == 2 and len(numbers_of(out)) > 10)
+        lost.append(len(numbers_of(out)))
+        cluster.remove_node(node, allow_graceful=False)
 
-        def lose():
-            wait_for(lambda: len(os.listdir(tmp_path / "nodes")) == 3 and len(numbers_of(tmp_path / "out")) > 10)
-            cluster.remove_node(nodes[0], allow_graceful=False)
-
-        killer = threading.Thread(target=lose)
-        killer.start()
-        summary = kerf.sweep.run(row, Plan({"folder": [str(tmp_path / "nodes")]}, seeds=200), tmp_path / "out", address=cluster.address, tries=3)
-        killer.join()
-        assert (summary.done, summary.failed) == (200, 0)
-        table = kerf.sweep.read(tmp_path / "out")
-        assert table["y"].to_pylist() == list(range(200)) and 2 <= len(set(table["node"].to_pylist())) <= 3
-    finally:
-        ray.shutdown()
-        cluster.shutdown()
+    killer = threading.Thread(target=lose)
+    killer.start()
+    summary = kerf.sweep.run(row, Plan({"folder": [str(begun)]}, seeds=80), out, tries=3)
+    killer.join()
+    assert (summary.done, summary.failed) == (80, 0) and lost[0] < 60
+    table = kerf.sweep.read(out)
+    assert table["y"].to_pylist() == list(range(80)) and len(set(table["node"].to_pylist())) == 2
 
 
 def wait_for(what, seconds=180):

@@ -33,6 +33,8 @@ FILE = """the file, in TOML:
 
 exit status: 0 every row is well, 1 rows failed or the run did, 2 bad input, 130 interrupted"""
 KEYS = ("title", "scene", "function", "measure", "modules", "steps", "scripted", "seeds", "time_limit", "tries", "cpus", "grid", "random")
+KINDS = {"title": (str, "a text"), "scene": (str, "a text"), "function": (str, "a text"), "measure": (str, "a text"), "modules": (list, "a list of files"),
+         "grid": (dict, "a table"), "random": (dict, "a table")}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -69,12 +71,15 @@ def _done(given):
     for key in sweep:
         if key not in KEYS:
             raise Error(f"{given.file}: there is no key {key!r}; there are {', '.join(KEYS)}")
+        kind, words = KINDS.get(key, (object, ""))
+        if not isinstance(sweep[key], kind):
+            raise Error(f"{given.file}: {key} must be {words}, not {sweep[key]!r}")
     if ("scene" in sweep) == ("function" in sweep):
         raise Error(f"{given.file}: give either scene or function")
     folder = given.file.parent
     modules = [_module(folder / name) for name in sweep.get("modules", [])]
     plan = Plan({name: _values(values, name) for name, values in sweep.get("grid", {}).items()}, random=sweep.get("random"),
-                seeds=given.seeds or sweep.get("seeds", 1))
+                seeds=sweep.get("seeds", 1) if given.seeds is None else given.seeds)
     if "function" in sweep:
         function = _function(folder, sweep["function"], modules)
     else:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from .. import _arguments
 
-__all__ = ["Plan", "Row", "plain"]
+__all__ = ["Plan", "Row", "is_utf8", "plain"]
 
 RESERVED = ("row", "seed", "seconds", "tries", "host", "kerf", "error_kind", "error")  # columns of every sweep
 
@@ -40,6 +40,15 @@ def plain(value: Any, name: str) -> Any:
     if isinstance(value, (list, tuple)):
         return [plain(item, name) for item in value]
     raise TypeError(f"{name} must be made of numbers, texts and lists, not of {type(value).__name__}")
+
+
+def is_utf8(text: str) -> bool:
+    """Has it bytes that are UTF-8, as the name of a column must? That of a file may have others."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 class Plan(Sequence[Row]):
@@ -113,6 +122,8 @@ def _name(name):
         raise TypeError(f"names of values are text, not {type(name).__name__}")
     if not name or name in RESERVED:
         raise ValueError(f"{name!r} can't be the name of a value; every sweep has the columns {', '.join(RESERVED)}")
+    if not is_utf8(name):
+        raise ValueError(f"{name!a} can't be the name of a value: it is not UTF-8; give another name")
     return name
 
 

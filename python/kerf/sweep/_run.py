@@ -12,6 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -65,8 +66,8 @@ def run(function: Callable[..., Mapping[str, Any]], plan: Plan | Iterable[Mappin
     progress: a bar on stderr; by default where that is a terminal. title: kept with the sweep. modules: one's own, or files in Python, that the
     function's file imports: their text travels, each after those that it imports itself. The function's own file travels by itself.
 
-    Ctrl-C and SIGTERM raise KeyboardInterrupt after all rows that are done are in the folder. kerf.Error: the folder holds another sweep or is in use, Ray
-    can't be reached, or a machine of the cluster has another version of Kerf. TypeError, ValueError: arguments that can't be.
+    In the main thread, Ctrl-C and SIGTERM raise KeyboardInterrupt after all rows that are done are in the folder. kerf.Error: the folder holds another
+    sweep or is in use, Ray can't be reached, or a machine of the cluster has another version of Kerf. TypeError, ValueError: arguments that can't be.
     """
     if not isinstance(plan, Plan):
         if isinstance(plan, (str, bytes, Mapping)) or not isinstance(plan, Iterable):
@@ -79,17 +80,19 @@ def run(function: Callable[..., Mapping[str, Any]], plan: Plan | Iterable[Mappin
                cpus=_above_0(cpus, "cpus"), code=code_of([*modules, *module_of(function)]))
     if isinstance(function, Scene):
         function.bind(plan.names)
-    head = {"title": title, "function": _name_of(function), "rows": len(plan), "plan": plan.fingerprint, "parameters": plan.names}
+    head = {"title": title, "function": _name_of(function), "rows": len(plan), "plan": plan.fingerprint, "parameters": plan.names,
+            "scene": function.fingerprint if isinstance(function, Scene) else None}
     began = time.monotonic()
     store = Store(folder, head, plan.names, len(plan))
-    try:
-        if _arguments.flag(retry_errors, "retry_errors"):
-            store.forget_failed()
-        before = int(store.done.sum())
-        with _bar(len(plan), before, progress) as bar:
-            job.do(store, bar)
-    finally:
-        store.close()
+    with _termination_as_interrupt():
+        try:
+            if _arguments.flag(retry_errors, "retry_errors"):
+                store.forget_failed()
+            before = int(store.done.sum())
+            with _bar(len(plan), before, progress) as bar:
+                job.do(store, bar)
+        finally:
+            store.close()
     done = int(store.done.sum())
     return Summary(len(plan), done, done - before, store.failed, time.monotonic() - began, Path(folder))
 
@@ -219,7 +222,7 @@ class _ray:
     """`with`: Ray, connected. A cluster that this process was connected to stays; one that is made here goes."""
 
     def __init__(self, job: _Job) -> None:
-        self._job, self._mine, self._terminated = job, False, None
+        self._job, self._mine = job, False
 
     def __enter__(self) -> Any:
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # a run of one's own tells nobody of itself
@@ -233,15 +236,12 @@ class _ray:
             return ray
         options: dict[str, Any] = {"address": job.address} if job.address else {
             "address": "local", "num_cpus": math.ceil(job.workers * job.cpus) if job.workers else None, "include_dashboard": False}
-        before = signal.getsignal(signal.SIGTERM)
         try:
             ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
         except Exception as error:  # Ray raises of every kind, also plain ones where a busy machine does not start in time
             raise Error(f"{f'there is no Ray at {job.address}' if job.address else 'Ray does not start'}: {_first_line(error)}", "failed") from None
         self._mine = True
-        if threading.current_thread() is threading.main_thread():  # batch systems send this first: as Ctrl-C, in place of Ray's abort
-            self._terminated = before or signal.SIG_DFL
-            signal.signal(signal.SIGTERM, signal.default_int_handler)
+        _interrupt_at_termination()  # in place of Ray's abort
         return ray
 
     def __exit__(self, *exception: object) -> None:
@@ -249,8 +249,27 @@ class _ray:
             import ray
 
             ray.shutdown()
-            if self._terminated is not None:
-                signal.signal(signal.SIGTERM, self._terminated)
+
+
+@contextmanager
+def _termination_as_interrupt() -> Iterator[None]:
+    """SIGTERM, which batch systems send first, is as Ctrl-C. Signals come to the main thread alone."""
+    before = signal.getsignal(signal.SIGTERM)
+    _interrupt_at_termination()
+    try:
+        yield
+    finally:
+        if _in_main_thread():
+            signal.signal(signal.SIGTERM, before or signal.SIG_DFL)
+
+
+def _interrupt_at_termination():
+    if _in_main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
+def _in_main_thread():
+    return threading.current_thread() is threading.main_thread()
 
 
 def _bar(total, done, wanted):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import copy
+import hashlib
+import json
 import os
+import pickle
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,7 +19,7 @@ from .._session import Session
 
 __all__ = ["Scene"]
 
-OF_A_FILE = {"visual": "vertices", "collision": "collision", "scale": "scale", "thickness": "thickness", "exact_paths": "exact_paths",
+OF_A_FILE = {"visual": "vertices", "collision": "collision", "scale": "scale", "thickness": "thickness", "weld": "weld", "exact_paths": "exact_paths",
              "collision_triangles": "collision_triangles"}  # keys of [body] as arguments of kerf.bind()
 
 
@@ -29,9 +32,10 @@ class Scene:
     heaviest first, 16 at most), lowest (m, of the surface), farthest (m, that a vertex is from its place at rest), triangles, notes (how
     many), and the words of score where the scene has a lesion. With it or without: hash, of the final state, in hexadecimal.
     The row's seed becomes simulation.seed, and simulation.threads is 1, where the scene or the row does not say otherwise. A body from files, or
-    a model without options, is bound once, unless a value is a key of [body]: a row of the steak then takes 80 ms less, and other machines need
+    a model as it stands, is bound once, unless a value is a key of [body]: a row of the steak then takes 80 ms less, and other machines need
     no files.
-    kerf.Error, TypeError: as of kerf.Session; a body can't be bound.
+    fingerprint: a number in hexadecimal that differs where the text of the scene, steps, scripted or the name of measure does.
+    kerf.Error, TypeError, ValueError: as of kerf.Session; a body can't be bound.
     """
 
     def __init__(self, scene: str | os.PathLike[str] | dict[str, Any] | _core.Body, *, steps: int | None = None, scripted: bool = True,
@@ -40,21 +44,25 @@ class Scene:
         self._scripted, self.measure = _arguments.flag(scripted, "scripted"), measure
         if measure is not None and not callable(measure):
             raise TypeError(f"measure must be callable, not {type(measure).__name__}")
+        text, name, folder, bodies = source_of(scene)
         if isinstance(scene, dict):
             self._scene = copy.deepcopy(scene)
         elif isinstance(scene, _core.Body):
             self._scene = {"body": {"bound": scene}}
         else:
-            text, name, folder, _ = source_of(scene)
             self._scene = _parsed(text, name)
             _place_files(self._scene, folder)
+        whole = [text, self._steps, self._scripted, getattr(measure, "__qualname__", None)]
+        self.fingerprint = hashlib.sha256(json.dumps(whole).encode() + pickle.dumps(bodies, 4)).hexdigest()[:16]
+        self._bound = self._scene  # what rows begin with
         self.__qualname__ = f"scene {scene}" if isinstance(scene, str) and "\n" not in scene else "scene"
 
     def bind(self, names: list[str]) -> None:
         """Binds what can be bound once for all rows, unless one of these values is a key of a body. kerf.sweep.run() calls it."""
+        self._bound = _copied(self._scene)
         if any(name.split(".")[0] == "body" for name in names):
             return
-        body = self._scene.get("body")
+        body = self._bound.get("body")
         for table in body if isinstance(body, list) else [body]:
             if not isinstance(table, dict):
                 continue
@@ -62,13 +70,15 @@ class Scene:
                 table["bound"] = load(table["bound"])
             elif isinstance(table.get("visual"), str):
                 given = {OF_A_FILE[key]: table.pop(key) for key in list(table) if key in OF_A_FILE}
-                table["bound"] = bind(given.pop("vertices"), **{key: value for key, value in given.items() if value})
-            elif isinstance(table.get("model"), str) and not {"options", *OF_A_FILE} & set(table):
+                if given.get("collision_triangles") == 0:  # as many as it needs
+                    del given["collision_triangles"]
+                table["bound"] = bind(Path(given.pop("vertices")), **{key: value for key, value in given.items() if value is not None})
+            elif isinstance(table.get("model"), str) and not {"options", "size", *OF_A_FILE} & set(table):
                 table["bound"] = bind(table.pop("model"))
 
     def with_values(self, parameters: Mapping[str, Any], seed: int) -> dict[str, Any]:
         """The scene of a row, as kerf.Session takes it. kerf.Error: a value's name leads nowhere."""
-        scene = _copied(self._scene)
+        scene = _copied(self._bound)
         for name, value in parameters.items():
             _set(scene, name, value)
         simulation = scene.setdefault("simulation", {})

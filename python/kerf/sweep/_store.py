@@ -142,6 +142,7 @@ class Store:
             return
         try:
             self._flush()
+            self._parts = _parts(self.folder)  # one that _flush() wrote before Ctrl-C may not be listed
             _make_alike(self._parts, self._parameters)
         finally:
             self._journal.close()
@@ -152,8 +153,8 @@ class Store:
             number = int(self._parts[-1].stem.split("-")[1]) + 1 if self._parts else 0
             path = self.folder / f"rows-{number:06d}.parquet"
             _write(_table(self._rows, self._parameters), path)
+            self._rows = []  # first: Ctrl-C may come between any two lines, and close() writes what is here into the next file
             self._parts.append(path)
-        self._rows = []
         self._journal.truncate(0)
         self._bytes = 0
 
@@ -224,8 +225,16 @@ def _table(rows, parameters):
 def _column(values, kind):
     try:
         return pa.array(values, kind)
+    except UnicodeEncodeError:  # texts with bytes that are not UTF-8, as names of files have them
+        return _column(_with_utf8(values), kind)
     except (pa.ArrowInvalid, pa.ArrowTypeError, OverflowError):  # a column of several kinds of things
-        return pa.array([None if value is None else value if isinstance(value, str) else json.dumps(value) for value in values], pa.string())
+        return _column([None if value is None else value if isinstance(value, str) else json.dumps(value) for value in values], pa.string())
+
+
+def _with_utf8(value):
+    if isinstance(value, str):
+        return value.encode(errors="backslashreplace").decode()
+    return [_with_utf8(item) for item in value] if isinstance(value, list) else value
 
 
 def _common(schemas, parameters):
@@ -253,7 +262,8 @@ def _cast(table, schema):
         column = table[field.name]
         if field.type == pa.string() and column.type not in (field.type, pa.null()):
             column = pa.array([None if value is None else json.dumps(value) for value in column.to_pylist()], pa.string())
-        columns.append(column.cast(field.type) if column.type != field.type else column)
+        # Beside fractions, whole numbers beyond 2^53 lose their last digits.
+        columns.append(column.cast(field.type, safe=False) if column.type != field.type else column)
     return pa.table(columns, schema=schema)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from .. import __version__
 from .._error import Error
-from ._plan import RESERVED, plain
+from ._plan import RESERVED, is_utf8, plain
 
 _kept: dict[str, Any] = {}  # what this process has of the sweep that it was last at
 
@@ -63,14 +63,21 @@ def module_of(function: Callable[..., Any]) -> list[ModuleType]:
 
 
 def install(code: list[tuple[str, str, str]]) -> None:
-    """Makes modules of texts, in this order, where they are not there already."""
+    """Makes modules of texts, in this order, from the first on that is not there with this text: those behind it may import it."""
+    there = True
     for name, file, text in code:
-        if getattr(sys.modules.get(name), "__file__", None) == file:
+        there = there and getattr(sys.modules.get(name), "__kerf_text__", None) == text
+        if there:
             continue
         module = ModuleType(name)
         module.__file__ = file
         sys.modules[name] = module
-        exec(compile(text, file, "exec"), vars(module))
+        try:
+            exec(compile(text, file, "exec"), vars(module))
+        except BaseException:
+            del sys.modules[name]
+            raise
+        vars(module)["__kerf_text__"] = text
 
 
 def work(job: str, held: list[Any], chunk: list[tuple[int, dict[str, Any], int]], pace: float) -> Iterator[list[dict[str, Any]]]:
@@ -105,6 +112,8 @@ def _checked(result, row):
             raise TypeError(f"names of results are text, not {type(name).__name__}")
         if name in row or name in RESERVED:
             raise ValueError(f"{name!r} can't be the name of a result: it is that of a value or a column of every sweep")
+        if not is_utf8(name):
+            raise ValueError(f"{name!a} can't be the name of a result: it is not UTF-8; give another name")
     return {name: plain(value, name) for name, value in result.items()}
 
 

@@ -8,6 +8,12 @@ namespace kerf {
 /// Fraction of the diagonal: vertices closer than this lie at one place. Files with six digits round by up to 1e-6 of a coordinate; details
 /// of a body that is worth cutting are far larger.
 inline constexpr double kWeldTolerance = 1e-7;
+/// Fractions of the diagonal, rising: distances that are tried where a surface falls to pieces, to name one that joins it. Files with 3 to 6
+/// digits miss by these. Only what is said depends on them.
+inline constexpr double kWeldsToTry[] = {1e-6, 1e-5, 1e-4, 1e-3};
+/// Fraction of the diagonal: vertices further apart are no copies of each other. Only what is asked for (--weld) meets it. The mean edge is a bound
+/// too, so that this one counts for grids of up to 80 x 80. Half and double move nothing else.
+inline constexpr double kMostWeld = 0.01;
 /// Fraction of the diagonal: lips of a slit are drawn back by this for binding (lips.h), and then put together again. Of a plate of 12 x 8
 /// cm whose slit gapes by 7e-6 paths are drawn beside by four edges, from 7e-5 on by as much as without a slit. At half the same slits bind. At
 /// double, strips between two cuts of 0.4 % of the diagonal turn over.

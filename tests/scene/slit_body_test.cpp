@@ -118,6 +118,21 @@ TEST(SlitBody, WhatWasBoundIsBoundAgain) {
   }
 }
 
+/// What is added to a coordinate and taken away again leaves other bits, often where it is larger than the coordinate.
+TEST(SlitBody, LipsKeepTheirBits) {
+  for (int i = 0; i < 20; ++i) {
+    TriangleMesh sheet = slit_sheet(4);
+    for (Vec3& p : sheet.positions) p = {p.x - 0.06 + 1.3e-5 * i, p.y + 1.7e-5 * i, 0};  // the slit is near x = 0
+    const auto body = bound(sheet, 0.002);
+    ASSERT_TRUE(body.ok()) << body.error().message;
+    const CellComplex& c = body->bound.complex;
+    for (std::size_t v = 0; v < sheet.positions.size(); ++v) {
+      EXPECT_EQ(c.visual.rest[VisualVertex(v)], sheet.positions.raw()[v]) << i << ' ' << v;
+      EXPECT_EQ(c.collision.rest[CollisionVertex(v)], sheet.positions.raw()[v]) << i << ' ' << v;
+    }
+  }
+}
+
 TEST(SlitBody, ASheetThatWasBoundIsBoundAgain) {
   TriangleMesh mesh = shifted(slit_sheet(4));
   for (const double power : {1.3, 0.8}) {  // collision vertices elsewhere along the slit

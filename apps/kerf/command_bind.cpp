@@ -8,6 +8,7 @@
 #include "command_files.h"
 #include "exit_status.h"
 #include "folder.h"
+#include "kerf/base/degrees.h"
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/models.h"
@@ -72,14 +73,14 @@ Result<SceneBodyLoaded> bind_and_save(const BindOptions& options, std::optional<
 /// What the collision mesh that was made is like, one row each.
 std::string quality_table(const Midsurface& m) {
   const MidsurfaceQuality& q = m.quality;
-  const double degrees = 57.29577951308232, h = q.mean_half_thickness;
+  const double h = q.mean_half_thickness;
   std::string out = fmt::format("collision mesh made in {:.3g} s: {} triangles (bends ask for {:.0f})\n",
                                 m.seconds.total, m.collision.triangles.size(), q.need);
   const auto row = [&](const char* what, const std::string& value) { out += fmt::format("  {:<34}{}\n", what, value); };
   row("half thickness",
       fmt::format("{:.3g} mm on average; {:.2g} times as wide as thick", 1e3 * h, m.verdict.width_over_thickness));
   row("smallest angle",
-      fmt::format("{:.0f} degrees, {:.0f} on average", degrees * q.smallest_angle, degrees * q.mean_smallest_angle));
+      fmt::format("{:.0f} degrees, {:.0f} on average", kDegrees * q.smallest_angle, kDegrees * q.mean_smallest_angle));
   row("off the medial surface", fmt::format("{:.1f} % of the half thickness on average, {:.0f} % at most",
                                             100 * q.medial_mean, 100 * q.medial_max));
   row("error of the thickness",

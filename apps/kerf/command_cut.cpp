@@ -108,9 +108,10 @@ int cut_body(const CutOptions& options) {
   if (options.along && !(norm(cross(*options.along, options.to - options.from)) > 0))
     return report(
         bad_input("cut: --along has no length or points along the cut itself; the blade's edge must cross its path"));
-  if (const SceneBody named = body_named(options); named.visual.empty() && options.scale != 1)
-    return report(
-        bad_input(fmt::format("cut: \"{}\" is in metres already; --scale is for mesh files", shown(options.body))));
+  if (const SceneBody named = body_named(options); named.visual.empty() && (options.scale != 1 || options.weld))
+    return report(bad_input(fmt::format(
+        "cut: \"{}\" is in metres already, and its vertices are joined; --scale and --weld are for mesh files",
+        shown(options.body))));
   if (const SceneBody named = body_named(options); !named.visual.empty() && named.collision.empty()) {
     if (!is_there(named.visual)) {
       std::string models;

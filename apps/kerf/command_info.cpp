@@ -201,10 +201,14 @@ int show_info(const InfoOptions& options) {
     return report(bad_input("info: name a file, or say --schema or --scenes; see kerf info --help"));
   const std::filesystem::path path = options.file;
   const std::string ending = path.extension().string();
-  if (ending == ".toml" || (ending.empty() && !is_there(path))) {
-    const Result<std::filesystem::path> scene = find_scene(options.file);
-    if (!scene.ok()) return report(scene.error());
-    return show_scene(*scene);
+  const bool scene = ending == ".toml" || (ending.empty() && !is_there(path));
+  if ((scene || ending == ".kerf") && (options.scale != 1 || options.weld))
+    return report(
+        bad_input(fmt::format("info: {} is no mesh file; leave --scale and --weld out", shown(options.file))));
+  if (scene) {
+    const Result<std::filesystem::path> found = find_scene(options.file);
+    if (!found.ok()) return report(found.error());
+    return show_scene(*found);
   }
   if (ending == ".kerf") return show_bound_body(options.file);
   return show_mesh(options);

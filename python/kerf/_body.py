@@ -29,7 +29,8 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     anything else with `vertices` and `faces` or `triangles`; or the name of a model (kerf.models()).
     collision: the mid-surface, an open surface, as one mesh or a pair (vertices, triangles). Without it one is made: body.diagnosis tells how.
     scale: metres per unit of both. thickness: metres; an open sheet needs it. weld: metres; corners this close become one, with 0 none; by
-    default those at one place that the mesh does not keep apart, as the lips of a slit. collision_triangles: wanted of the mesh that is made, 8 to
+    default those at one place that the mesh does not keep apart, as the lips of a slit. Arrays and meshes in memory bring no texture, which
+    tells seams from slits in an open sheet: weld=1e-9 merges seams. collision_triangles: wanted of the mesh that is made, 8 to
     100000, at most as many as the surface has, or 1500; by default 160, or what the bends need. A model has collision meshes of its own: then it
     is one of their counts, by default the model's, and kerf.Error names them. exact_paths: exact geodesics, slower and a
     little shorter.

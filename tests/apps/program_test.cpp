@@ -497,9 +497,19 @@ TEST_F(ProgramTest, CutsThroughOneLayerOrAllAndFilesInMillimetres) {
       "cut " + in("steak/visual.obj") + " --collision " + in("steak/collision.obj") + " --out " + in("cut");
   EXPECT_THAT(kerf(files + " --from -0.12,0,0 --to 0.12,0,0").text, HasSubstr("2 pieces;"));
   EXPECT_THAT(kerf(files + " --scale 10 --from -1.2,0,0 --to 1.2,0,0").text, HasSubstr("2 pieces;"));
-  const Outcome model = kerf("cut steak --scale 10 --from -0.12,0,0 --to 0.12,0,0 --out " + in("cut"));
-  EXPECT_EQ(model.status, 2);
-  EXPECT_THAT(model.text, HasSubstr("in metres already"));
+  ASSERT_EQ(kerf("bind strip -q -o " + in("strip.kerf")).status, 0);
+  for (const std::string& body : {std::string("steak"), in("strip.kerf")})
+    for (const char* option : {" --scale 10", " --weld 0.001"}) {
+      const Outcome model = kerf("cut " + body + option + " --from -0.12,0,0 --to 0.12,0,0 --out " + in("cut"));
+      EXPECT_EQ(model.status, 2) << option;
+      EXPECT_THAT(model.text, HasSubstr("--scale and --weld are for mesh files"));
+    }
+  for (const std::string& file : {std::string("steak"), in("strip.kerf")})
+    for (const char* option : {" --scale 10", " --weld 0.001"}) {
+      const Outcome info = kerf("info " + file + option);
+      EXPECT_EQ(info.status, 2) << option;
+      EXPECT_THAT(info.text, HasSubstr("is no mesh file; leave --scale and --weld out"));
+    }
 }
 
 TEST_F(ProgramTest, CutsThatCannotBeSayWhy) {

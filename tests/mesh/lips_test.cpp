@@ -54,6 +54,31 @@ TEST(Lips, WhatLiesBehindThemFollows) {
     EXPECT_GT(dot(normal_of(mesh, t), normal_of(apart, t)), 0) << t.value;
 }
 
+/// Binding divides each lip where its own paths end: edges and walls of one lip have vertices that the other has not.
+TEST(Lips, VerticesThatTheOtherLipHasNotGoBackToo) {
+  for (const bool closed : {false, true}) {
+    SCOPED_TRACE(closed);
+    TriangleMesh mesh = closed ? slit_plate(4) : slit_sheet(4);
+    constexpr int kTip = 6 * 9 + 4, kLip = 13 * 9, kOther = 6 * 9, kBelow = 13 * 9 + 4;
+    std::vector<VertexId> after, before;  // the slit
+    after.push_back(divide_edge(mesh, VertexId(kLip + 1), VertexId(kLip + 2), 0.3));
+    after.push_back(divide_edge(mesh, VertexId(kLip + 3), VertexId(kTip), 0.4));
+    before.push_back(divide_edge(mesh, VertexId(kOther + 1), VertexId(kOther + 2), 0.6));
+    before.push_back(divide_edge(mesh, VertexId(kOther + 3), VertexId(kTip), 0.7));
+    if (closed) {  // inside a wall, and the tip's own edge
+      after.push_back(divide_edge(mesh, VertexId(kLip + 2), VertexId(kLip + 2 + kBelow), 0.2));
+      divide_edge(mesh, VertexId(kTip), VertexId(kTip + kBelow), 0.3);
+    }
+    const std::vector<Vec3> back = draw_lips_back(mesh);
+    ASSERT_EQ(back.size(), mesh.positions.size());
+    for (const VertexId v : after) EXPECT_GT(back[v.index()].x, 1e-5) << v.value;
+    for (const VertexId v : before) EXPECT_LT(back[v.index()].x, -1e-5) << v.value;
+    const TriangleMesh apart = with_lips_drawn_back(mesh);
+    for (const TriangleId t : ids<TriangleId>(mesh.triangles.size()))
+      EXPECT_GT(dot(normal_of(mesh, t), normal_of(apart, t)), 0) << t.value;
+  }
+}
+
 TEST(Lips, PlacesAreTold) {
   const std::vector<Vec3> positions = {{1, 0, 0}, {0.0, 1, 0}, {1, 0, 0}, {-0.0, 1, 0}};
   EXPECT_EQ(first_at_place(positions), (std::vector<std::int32_t>{0, 1, 0, 1}));

@@ -11,6 +11,7 @@
 
 #include "kerf/base/random.h"
 #include "kerf/mesh/half_edge_build.h"
+#include "kerf/mesh/lips.h"
 #include "kerf/mesh/mesh_file.h"
 #include "kerf/mesh/nested_boxes.h"
 #include "kerf/mesh/surface_measures.h"
@@ -450,6 +451,105 @@ TEST(SurfaceCheck, ASeamOfTheTextureIsNoCut) {
       EXPECT_THAT(accepted(sheet).repairs, ElementsAre("welded 9 vertices that lay at the same place as others"));
     else EXPECT_THAT(refused(sheet), HasSubstr("2 separate bodies"));
   }
+}
+
+// A ring whose 100,000 spokes end in one place, each in a vertex of its own. 9 s where those are compared with each other.
+TEST(SurfaceCheck, ManySeamsAtOnePlaceAreNotComparedWithEachOther) {
+  constexpr int kSpokes = 100000;
+  TriangleMesh mesh = grid_mesh(1, 1);
+  for (Vec3& p : mesh.positions) p += Vec3{3, 0, 0};
+  for (int i = 0; i < kSpokes; ++i)
+    for (const double r : {1.0, 2.0}) {
+      const double a = 2 * std::numbers::pi * i / kSpokes;
+      mesh.positions.push_back({r * std::cos(a), r * std::sin(a), 0});
+    }
+  for (int i = 0; i < kSpokes; ++i) {
+    const int in = 4 + 2 * i, next = 4 + 2 * ((i + 1) % kSpokes);
+    const VertexId hub = mesh.positions.push_back({0, 0, 1});
+    mesh.triangles.push_back(tri(in, in + 1, next + 1));
+    mesh.triangles.push_back(tri(in, next + 1, next));
+    mesh.triangles.push_back({VertexId(in), VertexId(next), hub});
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) mesh.texture.push_back({});
+  EXPECT_THAT(refused(mesh), HasSubstr("2 separate bodies"));
+}
+
+/// A seam of the texture, and beside it a ribbon that ends on the sheet: there edges would have three triangles.
+TEST(SurfaceCheck, ASeamIsMergedWhereMergingAllFails) {
+  for (const int rows : {4, 8}) {
+    for (const bool single : {false, true}) {
+      SCOPED_TRACE(rows + (single ? 10 : 0));
+      TriangleMesh sheet = slit_sheet(rows);
+      const int a = 12 * 9 + 3, n = static_cast<int>(sheet.positions.size());
+      for (const Vec3 p : {Vec3{0.11, 0.03, 0.02}, Vec3{0.11, 0.04, 0.02}, Vec3{0.10, 0.03, 0}, Vec3{0.10, 0.04, 0}})
+        sheet.positions.push_back(p);
+      for (const auto& t : {tri(a + 1, a, n), tri(a + 1, n, n + 1), tri(n + 1, n, n + 2), tri(n + 1, n + 2, n + 3)})
+        sheet.triangles.push_back(t);
+      for (const auto& t : sheet.triangles) {
+        std::array<Vec2f, 3> uv;
+        const double middle = (sheet.positions[t[0]].x + sheet.positions[t[1]].x + sheet.positions[t[2]].x) / 3;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3 p = sheet.positions[t[k]];
+          uv[k] = {static_cast<float>(p.x + (middle > 0.06 ? 0.5 : 0)), static_cast<float>(p.y)};
+        }
+        sheet.texture.push_back(uv);
+      }
+      SurfaceRequirements requirements;
+      requirements.single_body = single;
+      const SurfaceReport report = accepted(sheet, requirements);
+      EXPECT_THAT(report.repairs, ElementsAre(fmt::format("welded {} vertices that lay at the same place as others",
+                                                          rows == 4 ? 4 : 9)));
+      EXPECT_THAT(report.warnings, ElementsAre("2 vertices lie at the same place as others and stayed apart"));
+      EXPECT_EQ(report.bodies, 1u);
+    }
+  }
+}
+
+/// Lips are told by equal bits, so what lies at one place gets them.
+TEST(SurfaceCheck, LipsThatMissEachOtherByRoundingLieAtOnePlace) {
+  for (const bool closed_body : {false, true}) {
+    SCOPED_TRACE(closed_body);
+    TriangleMesh mesh = closed_body ? slit_plate(4) : slit_sheet(4);
+    const auto twins = [&] {
+      const auto first = first_at_place(mesh.positions.raw());
+      std::size_t n = 0;
+      for (std::size_t v = 0; v < first.size(); ++v) n += first[v] != static_cast<std::int32_t>(v) ? 1 : 0;
+      return n;
+    };
+    const std::size_t before = twins();
+    // One pair stays exact. Beside another an edge shorter than what lies at one place stays as long as it is.
+    for (int j = 1; j < 4; ++j) mesh.positions[VertexId(13 * 9 + j)] += Vec3{1e-17 * j, 1e-12 * j, 1e-9};
+    const VertexId sliver = divide_edge(mesh, VertexId(13 * 9 + 2), VertexId(13 * 9 + 3), 1e-7);
+    const Vec3 place = mesh.positions[sliver];
+    EXPECT_EQ(twins(), before - 3);
+    const std::size_t triangles = mesh.triangles.size();
+    const SurfaceReport report = accepted(mesh);
+    EXPECT_THAT(report.repairs, IsEmpty());
+    EXPECT_EQ(mesh.triangles.size(), triangles);
+    EXPECT_GE(twins(), before - 1);
+    EXPECT_EQ(mesh.positions.raw().back(), place);
+  }
+}
+
+/// A distance that joins is looked for where no triangle collapses: a quarter of the mean edge is far more than the shortest of a graded mesh,
+/// and all its vertices there are compared with each other. 9 s where that was the bound.
+TEST(SurfaceCheck, AGradedSheetIsJudgedInNoTime) {
+  TriangleMesh mesh = grid_mesh(220, 220);
+  for (Vec3& p : mesh.positions) p = 1e-3 * p;
+  append(mesh, grid_mesh(220, 220));
+  for (std::size_t v = 221 * 221; v < mesh.positions.size(); ++v) mesh.positions.raw()[v] += Vec3{0.01, 0, 0};
+  SurfaceRequirements any;
+  any.single_body = false;
+  const SurfaceReport report = accepted(mesh, any);
+  EXPECT_EQ(report.bodies, 2u);
+  EXPECT_THAT(report.warnings, IsEmpty());
+}
+
+TEST(SurfaceCheck, NoDistanceAboveTheMeanEdgeIsWelded) {
+  SurfaceRequirements asked;
+  asked.weld = 0.005;
+  EXPECT_THAT(refused(grid_mesh(300, 300), asked), AllOf(HasSubstr("weld is 0.005 m, but the mean edge is 0.00379 m"),
+                                                         HasSubstr("give a smaller distance")));
 }
 
 TEST(SurfaceCheck, TheDistanceToWeldIsSaid) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "kerf/binding/validate_binding.h"
+#include "kerf/mesh/lips.h"
 #include "kerf/mesh/surface_measures.h"
 #include "kerf/scene/scene_body.h"
 #include "support/slit_plate.h"
@@ -17,8 +18,9 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 
 Result<SceneBodyLoaded> bound(const TriangleMesh& visual, std::optional<double> thickness,
-                              const TriangleMesh* collision = nullptr) {
+                              const TriangleMesh* collision = nullptr, int triangles = 0) {
   SceneBody body;
+  body.collision_triangles = triangles;
   body.visual = "plate";
   body.thickness = thickness;
   SurfacesInMemory given{visual, std::nullopt};
@@ -76,6 +78,87 @@ TEST(SlitBody, ASheetKeepsItsSlit) {
   // The lips lie where they lay.
   for (const CollisionVertex v : ids<CollisionVertex>(c.collision.vertex_count()))
     EXPECT_NEAR(100 * c.collision.rest[v].x, std::round(100 * c.collision.rest[v].x), 1e-12);
+}
+
+std::size_t twins(const TriangleMesh& mesh) {
+  const auto first = first_at_place(mesh.positions.raw());
+  std::size_t n = 0;
+  for (std::size_t v = 0; v < first.size(); ++v) n += first[v] != static_cast<std::int32_t>(v) ? 1 : 0;
+  return n;
+}
+
+/// Not at places where what lips are drawn back by can be added and taken away without rounding.
+TriangleMesh shifted(TriangleMesh mesh) {
+  for (Vec3& p : mesh.positions) p += Vec3{1e-5, 3e-5, 0};
+  return mesh;
+}
+
+/// Lips are told by equal bits, and vertices that binding adds to one of them lie on edges or walls of the other.
+TEST(SlitBody, WhatWasBoundIsBoundAgain) {
+  TriangleMesh mesh = shifted(slit_plate(4));
+  const TriangleMesh middle = shifted(slit_sheet(4));
+  for (const TriangleMesh* collision : {&middle, static_cast<const TriangleMesh*>(nullptr)}) {
+    SCOPED_TRACE(collision == nullptr);
+    const auto first = first_at_place(mesh.positions.raw());
+    EXPECT_GE(twins(mesh), 8u);
+    const auto body = bound(mesh, {}, collision);
+    ASSERT_TRUE(body.ok()) << body.error().message;
+    const CellComplex& c = body->bound.complex;
+    EXPECT_TRUE(validate_binding(c).ok());
+    EXPECT_LT(body->bound.report.displacement.mean, 0.01);
+    EXPECT_NEAR(border_length(c.collision), 0.4 + 0.08, 0.01);
+    mesh = visual_of(c);
+    for (std::size_t v = 0; v < first.size(); ++v)
+      EXPECT_EQ(mesh.positions.raw()[v], mesh.positions.raw()[static_cast<std::size_t>(first[v])]) << v;
+    const SurfaceMeasures m = surface_measures(mesh);
+    EXPECT_TRUE(m.closed);
+    EXPECT_EQ(m.euler, 2);
+    EXPECT_NEAR(m.volume, 3.84e-5, 1e-12);
+    EXPECT_NEAR(m.area, 2 * 0.0096 + 0.004 * (0.4 + 0.08), 1e-10);
+  }
+}
+
+/// What is added to a coordinate and taken away again leaves other bits, often where it is larger than the coordinate.
+TEST(SlitBody, LipsKeepTheirBits) {
+  for (int i = 0; i < 20; ++i) {
+    TriangleMesh sheet = slit_sheet(4);
+    for (Vec3& p : sheet.positions) p = {p.x - 0.06 + 1.3e-5 * i, p.y + 1.7e-5 * i, 0};  // the slit is near x = 0
+    const auto body = bound(sheet, 0.002);
+    ASSERT_TRUE(body.ok()) << body.error().message;
+    const CellComplex& c = body->bound.complex;
+    for (std::size_t v = 0; v < sheet.positions.size(); ++v) {
+      EXPECT_EQ(c.visual.rest[VisualVertex(v)], sheet.positions.raw()[v]) << i << ' ' << v;
+      EXPECT_EQ(c.collision.rest[CollisionVertex(v)], sheet.positions.raw()[v]) << i << ' ' << v;
+    }
+  }
+}
+
+TEST(SlitBody, ASheetThatWasBoundIsBoundAgain) {
+  TriangleMesh mesh = shifted(slit_sheet(4));
+  for (const double power : {1.3, 0.8}) {  // collision vertices elsewhere along the slit
+    SCOPED_TRACE(power);
+    TriangleMesh collision = slit_sheet(4);
+    for (Vec3& p : collision.positions)
+      if (p.y < 0.04) p.y = 0.04 * std::pow(p.y / 0.04, power);
+    collision = shifted(collision);
+    const std::size_t before = mesh.positions.size();
+    const auto body = bound(mesh, 0.002, &collision);
+    ASSERT_TRUE(body.ok()) << body.error().message;
+    const CellComplex& c = body->bound.complex;
+    EXPECT_TRUE(validate_binding(c).ok());
+    EXPECT_NEAR(border_length(c.collision), 0.4 + 0.08, 1e-12);
+    mesh = visual_of(c);
+    EXPECT_GT(mesh.positions.size(), before);
+    EXPECT_GE(twins(mesh), 4u);
+    const SurfaceMeasures m = surface_measures(mesh);
+    EXPECT_EQ(m.euler, 1);
+    EXPECT_NEAR(m.area, 0.0096, 1e-12);
+    // Each lip is bound by its own: what is bound lies at one place with its collision vertex.
+    for (const CollisionVertex v : ids<CollisionVertex>(c.collision.vertex_count())) {
+      const Vec3 drawn = c.visual.rest[c.collision.bound[v][0]];
+      EXPECT_LT(norm(drawn - c.collision.rest[v]), 1e-3 * 0.01) << v.value;
+    }
+  }
 }
 
 TEST(SlitBody, WhatIsCutInTwoStaysInTwo) {

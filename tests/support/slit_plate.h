@@ -3,6 +3,7 @@
 
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "kerf/mesh/triangle_mesh.h"
 
@@ -52,6 +53,22 @@ inline TriangleMesh slit_plate(int rows) {
     mesh.triangles.push_back({b, below(a), below(b)});
   }
   return mesh;
+}
+
+/// Divides the edge between two vertices, at a part of the way from the first; returns the new vertex.
+inline VertexId divide_edge(TriangleMesh& mesh, VertexId a, VertexId b, double part) {
+  const VertexId middle = mesh.positions.push_back(lerp(mesh.positions[a], mesh.positions[b], part));
+  std::vector<std::array<VertexId, 3>> others;
+  for (auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const VertexId p = t[k], q = t[(k + 1) % 3], apex = t[(k + 2) % 3];
+      if (!((p == a && q == b) || (p == b && q == a))) continue;
+      others.push_back({middle, q, apex});
+      t = {p, middle, apex};
+      break;
+    }
+  for (const auto& t : others) mesh.triangles.push_back(t);
+  return middle;
 }
 
 }  // namespace kerf

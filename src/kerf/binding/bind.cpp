@@ -134,21 +134,34 @@ double length_of_paths(const WalledSurface& w, const CollisionMesh& c, const Bou
   return length;
 }
 
-/// Draws the lips of a surface back; by how much, or empty.
-std::vector<Vec3> draw_back(WeldedSurface& surface) {
+/// How lips were drawn back for binding: what each vertex moved by, and where it lay. Empty: there are none.
+struct DrawnBack {
+  std::vector<Vec3> by, from;
+};
+
+DrawnBack draw_back(WeldedSurface& surface) {
   if (surface.apart == 0) return {};
-  std::vector<Vec3> back = draw_lips_back(as_mesh(surface));
-  for (std::size_t v = 0; v < back.size(); ++v) surface.positions[v] += back[v];
+  DrawnBack back{draw_lips_back(as_mesh(surface)), surface.positions};
+  for (std::size_t v = 0; v < back.by.size(); ++v) surface.positions[v] += back.by[v];
   return back;
 }
 
+/// Where vertex v, now at p, lies with the lips together. A vertex that binding left alone gets its own bits back, so that twins stay twins:
+/// (p + by) - by is not always p.
+Vec3 put_back(const DrawnBack& back, std::size_t v, Vec3 by, Vec3 p) {
+  return v < back.from.size() && p == back.from[v] + by ? back.from[v] : p - by;
+}
+
 /// Puts the lips together again: what was found while they were apart holds for where they lie.
-void put_together(SplitSurface& s, CollisionMesh& c, const std::vector<Vec3>& collision_back) {
-  for (std::size_t v = 0; v < s.drawn_back.size(); ++v) s.walled.position[v] -= s.drawn_back[v];
+void put_together(SplitSurface& s, const DrawnBack& visual, CollisionMesh& c, const DrawnBack& collision) {
+  for (std::size_t v = 0; v < s.drawn_back.size(); ++v) {
+    Vec3& p = s.walled.position[v];
+    p = put_back(visual, v, s.drawn_back[v], p);
+  }
   s.drawn_back = {};
-  for (std::size_t v = 0; v < collision_back.size(); ++v) {
+  for (std::size_t v = 0; v < collision.by.size(); ++v) {
     const CollisionVertex id(v);
-    c.rest.set(id, c.rest[id] - collision_back[v]);
+    c.rest.set(id, put_back(collision, v, collision.by[v], c.rest[id]));
   }
 }
 
@@ -248,8 +261,8 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   if (!welded_collision) return welded_collision.error();
   WeldedSurface& visual = *welded;
   WeldedSurface& collision = *welded_collision;
-  std::vector<Vec3> visual_back = draw_back(visual);
-  const std::vector<Vec3> collision_back = draw_back(collision);
+  const DrawnBack visual_back = draw_back(visual);
+  const DrawnBack collision_back = draw_back(collision);
   report.merged_vertices = static_cast<std::int64_t>(visual.merged);
   report.unused_vertices = static_cast<std::int64_t>(visual.unused);
   report.input_vertices = static_cast<std::int64_t>(visual.positions.size());
@@ -303,7 +316,7 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   }
   const auto corner = [&](std::size_t f, std::size_t k) {
     const auto v = at(visual.triangles[f][k]);
-    return visual_back.empty() ? visual.positions[v] : visual.positions[v] - visual_back[v];
+    return visual_back.by.empty() ? visual.positions[v] : visual_back.from[v];
   };
   const Measure before = measure(visual.triangles.size(), visual.positions[0], corner);
   report.area_before = before.area;
@@ -334,7 +347,7 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
 
   SplitSurface s = make_split_surface(visual.positions, visual.triangles, std::move(*connected),
                                       std::move(visual_normals), std::move(texture), room);
-  s.drawn_back = std::move(visual_back);
+  s.drawn_back = visual_back.by;
   const std::size_t most_faces = visual.triangles.size() + static_cast<std::size_t>(kMostByHalving) * c.face_count();
   const double edge = mean_edge(c);
   const bool evened = even_flat_parts(s, {kLongSpoke * edge, kLongEdge * edge, most_faces});
@@ -401,7 +414,7 @@ Result<BoundBody> bind_as(Shape shape, const TriangleMesh& visual_mesh, const Tr
   report.upright_patches = parameters->upright_patches;
   report.uniform_patches = parameters->uniform_patches;
   stand_up(s);
-  put_together(s, c, collision_back);
+  put_together(s, visual_back, c, collision_back);
   report.seconds.parameters = watch.lap();
 
   KERF_TRY(tell("assemble"));

@@ -6,15 +6,12 @@
 #include <queue>
 
 #include "kerf/mesh/first_seen.h"
+#include "kerf/mesh/lip_vertices.h"
 #include "kerf/mesh/surface_edges.h"
 #include "kerf/mesh/surface_tolerances.h"
 
 namespace kerf {
 namespace {
-
-constexpr std::size_t kMostAveraged = 400;  // lip vertices; enough of a wall of 20 rows
-constexpr int kMostHalvings = 10;
-constexpr double kTurned = 0.5;  // cosine
 
 /// Neighbours of every vertex along edges, ascending.
 class Neighbours {
@@ -50,41 +47,34 @@ struct Left {
 
 class LipsOf {
  public:
-  explicit LipsOf(const TriangleMesh& mesh) : mesh_(mesh), first_(first_at_place(mesh.positions.raw())) {
-    std::vector<std::uint8_t> used(first_.size(), 0);
+  explicit LipsOf(const TriangleMesh& mesh) : mesh_(mesh) {
+    std::vector<std::uint8_t> used(mesh.positions.size(), 0);
     for (const auto& t : mesh.triangles)
       for (const VertexId v : t) used[v.index()] = 1;
-    std::vector<std::int32_t> at_place(first_.size(), 0);
     Box3 box;
-    for (std::size_t v = 0; v < first_.size(); ++v) {
-      if (used[v] == 0) continue;
-      ++at_place[static_cast<std::size_t>(first_[v])];
-      box.add(mesh.positions.raw()[v]);
-    }
-    is_lip_.assign(first_.size(), 0);
-    for (std::size_t v = 0; v < first_.size(); ++v) {
-      if (used[v] == 0 || at_place[static_cast<std::size_t>(first_[v])] < 2) continue;
-      is_lip_[v] = 1;
-      any_ = true;
-    }
+    for (std::size_t v = 0; v < used.size(); ++v)
+      if (used[v] != 0) box.add(mesh.positions.raw()[v]);
+    LipVertices found = find_lip_vertices(mesh, first_at_place(mesh.positions.raw()), box.diagonal());
+    is_lip_ = std::move(found.lip);
+    is_tip_ = std::move(found.tip);
     gap_ = kLipGap * box.diagonal();
   }
-  [[nodiscard]] bool any() const { return any_; }
+  [[nodiscard]] bool any() const { return !is_lip_.empty(); }
 
   [[nodiscard]] std::vector<Vec3> drawn_back() const {
-    const std::vector<EdgeUse> uses = edge_uses(mesh_.triangles.raw(), first_.size());
-    const Neighbours around(uses, first_.size());
+    const std::vector<EdgeUse> uses = edge_uses(mesh_.triangles.raw(), is_lip_.size());
+    const Neighbours around(uses, is_lip_.size());
     const std::vector<Vec3> inward = averaged(directions(uses), around);
     // Towards the tips by less and less.
     std::vector<Left> sources;
-    for (std::size_t v = 0; v < first_.size(); ++v)
-      if (is_tip(v, around)) sources.push_back({gap_, static_cast<std::int32_t>(v)});
+    for (std::size_t v = 0; v < is_lip_.size(); ++v)
+      if (is_tip_[v] != 0) sources.push_back({gap_, static_cast<std::int32_t>(v)});
     const std::vector<double> near_tip = spread(sources, around).first;
     sources.clear();
-    for (std::size_t v = 0; v < first_.size(); ++v)
+    for (std::size_t v = 0; v < is_lip_.size(); ++v)
       if (is_lip_[v] != 0) sources.push_back({gap_ - near_tip[v], static_cast<std::int32_t>(v)});
     const auto [left, source] = spread(sources, around);
-    std::vector<Vec3> out(first_.size());
+    std::vector<Vec3> out(is_lip_.size());
     for (std::size_t v = 0; v < out.size(); ++v)
       if (left[v] > 0) out[v] = left[v] * inward[static_cast<std::size_t>(source[v])];
     for (int round = 0; round < kMostHalvings && halve_where_turned(out); ++round) {}
@@ -95,19 +85,9 @@ class LipsOf {
   [[nodiscard]] Vec3 at(VertexId v) const { return mesh_.positions[v]; }
   [[nodiscard]] bool lip(VertexId v) const { return is_lip_[v.index()] != 0; }
 
-  /// The end of a slit is one vertex, from which edges lead to both lips.
-  [[nodiscard]] bool is_tip(std::size_t v, const Neighbours& around) const {
-    if (is_lip_[v] != 0) return false;
-    std::vector<std::int32_t> places;
-    for (const std::int32_t u : around.of(v))
-      if (is_lip_[static_cast<std::size_t>(u)] != 0) places.push_back(first_[static_cast<std::size_t>(u)]);
-    std::sort(places.begin(), places.end());
-    return std::adjacent_find(places.begin(), places.end()) != places.end();
-  }
-
   /// Unit vectors of lips into their own material: away from the wall between them, or from the border edge of a sheet.
   [[nodiscard]] std::vector<Vec3> directions(std::span<const EdgeUse> uses) const {
-    std::vector<Vec3> wall(first_.size()), any(first_.size());
+    std::vector<Vec3> wall(is_lip_.size()), any(is_lip_.size());
     bool closed = true;
     for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
       if (edge.size() != 1) return;
@@ -188,7 +168,7 @@ class LipsOf {
       const auto there = [&](VertexId v) { return at(v) + back[v.index()]; };
       const Vec3 before = cross(at(t[1]) - at(t[0]), at(t[2]) - at(t[0]));
       const Vec3 after = cross(there(t[1]) - there(t[0]), there(t[2]) - there(t[0]));
-      if (dot(before, after) > kTurned * norm(before) * norm(after)) continue;
+      if (dot(before, after) > kTurnedCosine * norm(before) * norm(after)) continue;
       any = true;
       for (const VertexId v : t) halve[v.index()] = 1;
     }
@@ -200,8 +180,8 @@ class LipsOf {
   /// Of each vertex the most that comes from a source, which loses kLipSlope of the way, and that source.
   [[nodiscard]] std::pair<std::vector<double>, std::vector<std::int32_t>> spread(const std::vector<Left>& sources,
                                                                                  const Neighbours& around) const {
-    std::vector<double> left(first_.size(), 0);
-    std::vector<std::int32_t> source(first_.size(), -1);
+    std::vector<double> left(is_lip_.size(), 0);
+    std::vector<std::int32_t> source(is_lip_.size(), -1);
     std::priority_queue<Left> next;
     for (const Left& s : sources) {
       if (!(s.value > 0)) continue;
@@ -227,9 +207,7 @@ class LipsOf {
   }
 
   const TriangleMesh& mesh_;
-  std::vector<std::int32_t> first_;
-  std::vector<std::uint8_t> is_lip_;
-  bool any_ = false;
+  std::vector<std::uint8_t> is_lip_, is_tip_;
   double gap_ = 0;
 };
 

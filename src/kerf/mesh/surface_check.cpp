@@ -21,10 +21,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kNamed = 3;                           // so many offenders are named in an error
-constexpr double kWeldsToTry[] = {1e-6, 1e-5, 1e-4, 1e-3};  // of the diagonal
-constexpr double kMostOfAnEdge = 0.25;  // of the mean edge: what may be between corners that are one
-constexpr double kMostWeld = 0.01;      // of the diagonal
+constexpr std::size_t kNamed = 3;  // so many offenders are named in an error
 
 std::string prefix(const SurfaceRequirements& requirements) {
   return requirements.name.empty() ? std::string() : requirements.name + ": ";
@@ -87,7 +84,30 @@ Result<Box3> check_scale(const TriangleMesh& mesh, const std::string& who, std::
   return box;
 }
 
-// For every vertex the one that it becomes: the first of those that are within the tolerance of each other.
+// For every vertex the one that it becomes.
+std::vector<std::int32_t> roots_of(UnionFind& same) {
+  std::vector<std::int32_t> map(same.size());
+  for (std::size_t v = 0; v < map.size(); ++v) map[v] = same.root(static_cast<std::int32_t>(v));
+  return map;
+}
+
+struct Edges {
+  double shortest = HUGE_VAL, mean = 0;  // metres
+};
+Edges edges_of(const TriangleMesh& mesh) {
+  Edges out;
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double length = norm(mesh.positions[t[(k + 1) % 3]] - mesh.positions[t[k]]);
+      out.shortest = std::min(out.shortest, length);
+      out.mean += length;
+    }
+  }
+  out.mean /= static_cast<double>(3 * mesh.triangles.size());
+  return out;
+}
+
+// Vertices that are within the tolerance of each other become the first of them.
 std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box, double tolerance) {
   // Cells of twice the tolerance: a vertex can only meet others in its own cell and in those that its half
   // touches.
@@ -139,9 +159,7 @@ std::vector<std::int32_t> weld_within(const TriangleMesh& mesh, const Box3& box,
       }
     }
   }
-  std::vector<std::int32_t> map(entries.size());
-  for (std::size_t v = 0; v < map.size(); ++v) map[v] = places.root(static_cast<std::int32_t>(v));
-  return map;
+  return roots_of(places);
 }
 
 // A connected part of the surface.
@@ -214,6 +232,36 @@ class SurfacePass {
     std::size_t n = 0;
     for (const Part& part : parts_) n += part.border_edges;
     return n;
+  }
+
+  // Vertices that `weld` merges and this pass kept apart come to lie where the first of them lies, to the bit: that tells lips. A triangle
+  // that would turn over or lose its area keeps its corners where they are.
+  void put_at_one_place(const std::vector<std::int32_t>& weld) {
+    std::vector<char> stays(weld.size(), 0);
+    const auto root = [&](VertexId v) {
+      return static_cast<std::size_t>(weld[static_cast<std::size_t>(origin_[v.index()])]);
+    };
+    const auto there = [&](VertexId v) {
+      return stays[root(v)] != 0 ? positions_[v.index()] : input_.positions.raw()[root(v)];
+    };
+    const auto turns = [&](const std::array<VertexId, 3>& t) {
+      const Vec3 a = positions_[t[0].index()], b = positions_[t[1].index()], c = positions_[t[2].index()];
+      const Vec3 p = there(t[0]), q = there(t[1]), r = there(t[2]);
+      if (p == a && q == b && r == c) return false;
+      const Vec3 before = cross(b - a, c - a), after = cross(q - p, r - p);
+      return !(dot(before, after) > kTurnedCosine * norm(before) * norm(after));
+    };
+    for (bool again = true; again;) {
+      again = false;
+      for (const auto& t : triangles_) {
+        if (!turns(t)) continue;
+        again = true;
+        for (const VertexId v : t) stays[root(v)] = 1;
+      }
+    }
+    std::vector<Vec3> moved(positions_.size());
+    for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = there(VertexId(v));
+    positions_ = std::move(moved);
   }
 
   // The checked surface with unused vertices dropped.
@@ -895,17 +943,10 @@ static bool has_lips(const TriangleMesh& mesh, const std::vector<char>& used) {
   return false;
 }
 
-static std::vector<std::int32_t> weld_of(UnionFind& same) {
-  std::vector<std::int32_t> map;
-  for (std::size_t v = 0; v < same.size(); ++v) map.push_back(same.root(static_cast<std::int32_t>(v)));
-  return map;
-}
-
 /// Of the vertices that `weld` merges those at a seam of the texture, where corners at one place have different texture coordinates on
-/// its two sides. Lips of a cut have the same.
+/// its two sides. Lips of a cut have the same. Each vertex of a place is compared with each; places with more than kMostAround corners stay as they are.
 static std::vector<std::int32_t> weld_seams(const TriangleMesh& mesh, const std::vector<std::int32_t>& weld) {
   UnionFind same(mesh.positions.size());
-  if (!mesh.has_texture()) return weld_of(same);
   struct Corner {
     std::int32_t place, vertex;
     float u, v;
@@ -922,6 +963,9 @@ static std::vector<std::int32_t> weld_seams(const TriangleMesh& mesh, const std:
     }
   const auto key = [](const Corner& c) { return std::tie(c.place, c.vertex, c.u, c.v); };
   std::sort(corners.begin(), corners.end(), [&](const Corner& a, const Corner& b) { return key(a) < key(b); });
+  const auto end =
+      std::unique(corners.begin(), corners.end(), [&](const Corner& a, const Corner& b) { return key(a) == key(b); });
+  corners.erase(end, corners.end());
   const auto shares = [&](std::span<const Corner> a, std::span<const Corner> b) {
     for (const Corner& x : a)
       for (const Corner& y : b)
@@ -938,31 +982,38 @@ static std::vector<std::int32_t> weld_seams(const TriangleMesh& mesh, const std:
       here.push_back(std::span<const Corner>(corners).subspan(j, k - j));
       j = k;
     }
-    for (std::size_t a = 0; a < here.size(); ++a)
-      for (std::size_t b = a + 1; b < here.size(); ++b)
+    const std::size_t compared = j - i > kMostAround ? 0 : here.size();
+    for (std::size_t a = 0; a < compared; ++a)
+      for (std::size_t b = a + 1; b < compared; ++b)
         if (!shares(here[a], here[b])) same.join(here[a][0].vertex, here[b][0].vertex);
     i = j;
   }
-  return weld_of(same);
+  return roots_of(same);
 }
 
-/// Corners that miss each other by more than the tolerance are the most frequent fault of files in float32: the distance that would do, in metres.
+/// Corners that miss each other by more than the tolerance are the most frequent fault of files in float32: the distance that would do, in
+/// metres. `shortest`: edge; from there on triangles collapse. `tried`: the welding that was made.
 static std::optional<double> weld_that_would_do(const TriangleMesh& mesh, const SurfaceRequirements& requirements,
-                                                const Box3& box, bool closed, std::size_t bodies) {
+                                                const Box3& box, double shortest, std::vector<std::int32_t> tried,
+                                                bool closed, std::size_t bodies) {
+  std::vector<double> distances;
+  for (const double fraction : kWeldsToTry)
+    if (fraction * box.diagonal() < shortest) distances.push_back(fraction * box.diagonal());
+  if (distances.empty()) return std::nullopt;
+  // The largest merges all that the others do: for most surfaces nothing.
+  if (weld_within(mesh, box, distances.back()) == tried) return std::nullopt;
   SurfaceRequirements any = requirements;
   any.closedness = Closedness::kAny;
   any.single_body = false;
-  double length = 0;
-  for (const auto& t : mesh.triangles) length += norm(mesh.positions[t[1]] - mesh.positions[t[0]]);
-  const double longest = kMostOfAnEdge * length / static_cast<double>(mesh.triangles.size());
   std::optional<double> best;
-  for (const double fraction : kWeldsToTry) {
-    if (fraction * box.diagonal() > longest) break;  // triangles would collapse
-    const std::vector<std::int32_t> weld = weld_within(mesh, box, fraction * box.diagonal());
+  for (const double distance : distances) {
+    std::vector<std::int32_t> weld = weld_within(mesh, box, distance);
+    if (weld == tried) continue;
     SurfacePass pass(mesh, any, box, &weld);
+    tried = std::move(weld);
     if (!pass.run() || pass.collapsed() > 0) continue;
     if (!(pass.closed() && !closed) && !(pass.closed() >= closed && pass.bodies() < bodies)) continue;
-    best = fraction * box.diagonal();
+    best = distance;
     closed = pass.closed();
     bodies = pass.bodies();
   }
@@ -984,6 +1035,12 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
         "{}weld is {:g} m, but the surface is {:.3g} m across: vertices further apart than a hundredth of that are "
         "no copies of each other; give a smaller distance, or 0 to merge none",
         who, *requirements.weld, box->diagonal()));
+  }
+  const Edges edges = edges_of(mesh);
+  if (requirements.weld && *requirements.weld > edges.mean) {
+    return bad_input(fmt::format(
+        "{}weld is {:g} m, but the mean edge is {:.3g} m: triangles would collapse; give a smaller distance", who,
+        *requirements.weld, edges.mean));
   }
 
   if (requirements.bindable) KERF_TRY(check_needles(mesh, who));
@@ -1009,7 +1066,7 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
     const bool alone = pass.closed() || pass.bodies() == 0;
     std::optional<double> distance;
     if (!asked && (pass.bodies() > 1 || (pass.bodies() == 1 && !alone)))
-      distance = weld_that_would_do(mesh, requirements, *box, pass.closed(), pass.bodies());
+      distance = weld_that_would_do(mesh, requirements, *box, edges.shortest, weld, pass.closed(), pass.bodies());
     const std::string way =
         distance ? fmt::format(
                        "corners that should be one lie up to {:.2g} m apart; a weld distance of that joins them "
@@ -1032,17 +1089,22 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
 
   // Some vertices coincide. A surface that is closed without welding has them apart on purpose, and one that
   // welding breaks or joins nowhere along an edge too; one that welding closes has seams, and so has one of loose triangles.
+  const auto at_one_place = [&](std::size_t count) {
+    return fmt::format("{} at the same place as others", counted(count, "vertex lies", "vertices lie"));
+  };
+  const auto deliver_apart = [&](SurfacePass& pass) {
+    if (const std::size_t stayed = coinciding - pass.welded(); stayed > 0) {
+      warnings.push_back(who + at_one_place(stayed) + " and stayed apart");
+      pass.put_at_one_place(weld);
+    }
+    return deliver(pass);
+  };
   SurfacePass apart(mesh, requirements, *box, nullptr);
   const Status apart_status = apart.run();
-  const auto keep_apart = [&] {
-    warnings.push_back(fmt::format("{}{} at the same place as others and stayed apart", who,
-                                   counted(coinciding, "vertex lies", "vertices lie")));
-    return deliver(apart);
-  };
   const bool lips = has_lips(mesh, used);
   if (apart.closed() && lips) {
     if (!apart_status) return apart_status.error();
-    return keep_apart();
+    return deliver_apart(apart);
   }
   SurfacePass welded(mesh, requirements, *box, &weld);
   const Status welded_status = welded.run();
@@ -1050,29 +1112,30 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
     // Nearly equal corners of slivers.
     if (welded_status && welded.closed() && welded.bodies() == apart.bodies()) return deliver(welded);
     if (!apart_status) return apart_status.error();
-    return keep_apart();
+    return deliver_apart(apart);
   }
   if (welded.closed() || welded.doubled() || apart.is_soup()) return judged(welded, welded_status);
-  if (apart_status && (!welded_status || welded.border_edges() == apart.border_edges())) return keep_apart();
-  const std::vector<std::int32_t> seams = weld_seams(mesh, weld);
-  SurfacePass sewn(mesh, requirements, *box, &seams);
-  const Status sewn_status = sewn.run();
-  if (sewn_status) {
-    if (sewn.welded() == coinciding) return deliver(sewn);
-    warnings.push_back(fmt::format("{}{} at the same place as others and stayed apart", who,
-                                   counted(coinciding - sewn.welded(), "vertex lies", "vertices lie")));
-    return deliver(sewn);
+  if (apart_status && welded_status && welded.border_edges() == apart.border_edges()) return deliver_apart(apart);
+  std::optional<SurfacePass> sewn;
+  Status kept_status = apart_status;
+  if (mesh.has_texture()) {
+    const std::vector<std::int32_t> seams = weld_seams(mesh, weld);
+    sewn.emplace(mesh, requirements, *box, &seams);
+    kept_status = sewn->run();
   }
-  if (sewn.bodies() > 1 && welded_status) {
-    Error error = sewn_status.error();
-    error.message += fmt::format(
-        "; {} at the same place as others: if those are seams, a weld distance joins them "
-        "(--weld {:.2g})",
-        counted(coinciding - sewn.welded(), "vertex lies", "vertices lie"), tolerance);
+  SurfacePass& kept = sewn ? *sewn : apart;
+  if (kept_status) return deliver_apart(kept);
+  if (!welded_status) {
+    if (apart_status) return deliver_apart(apart);
+    return welded_status.error();
+  }
+  if (kept.bodies() > 1) {
+    Error error = kept_status.error();
+    error.message += fmt::format("; {}: if those are seams, a weld distance joins them (--weld {:.2g})",
+                                 at_one_place(coinciding - kept.welded()), tolerance);
     return error;
   }
-  if (welded_status) return deliver(welded);
-  return welded_status.error();
+  return deliver(welded);
 }
 
 }  // namespace kerf

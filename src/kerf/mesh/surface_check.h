@@ -22,7 +22,7 @@ struct SurfaceRequirements {
   bool bindable = false;    ///< no vertex with more than kMostAround triangles, and none like a needle (needles.h)
   double weld_tolerance = kWeldTolerance;  ///< fraction of the diagonal; 0: only the very same positions
   std::optional<double>
-      weld;  ///< metres: all vertices this close are one; 0: none are. None: weld_tolerance, and lips stay apart
+      weld;  ///< metres, at most the mean edge: all vertices this close are one; 0: none are. None: weld_tolerance, and lips stay apart
 };
 
 struct SurfaceReport {
@@ -55,7 +55,7 @@ std::optional<ExtentFault> extent_fault(const Box3& box);
 /// inside each other's boxes cost parts x triangles.
 ///
 /// Which vertices are welded, unless `weld` says it: what a mesh keeps apart stays apart, but where welding closes it, where its texture says
-/// that it is a seam, and where nothing hangs together (kSoup).
+/// that it is a seam, and where nothing hangs together (kSoup). Vertices at one place that stay apart get the same bits, where no triangle turns by that.
 Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirements& requirements = {});
 
 }  // namespace kerf

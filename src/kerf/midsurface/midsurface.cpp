@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/base/degrees.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/midsurface/border_snap.h"
 #include "kerf/midsurface/quality.h"
@@ -214,7 +215,7 @@ Result<PreparedMidsurface> prepare_midsurface(const TriangleMesh& surface, const
     out.notes.push_back(fmt::format(
         "at {:.0f} % of the edges neighbouring triangles turn by more than 20 degrees, at half of all by more than {:.0f}, as on scans; a copy "
         "smoothed {} was used to find the middle",
-        100 * filter.steps, filter.roughness * 57.29577951308232,
+        100 * filter.steps, filter.roughness * kDegrees,
         filter.smoothing_steps == 1 ? "once" : fmt::format("{} times", filter.smoothing_steps)));
   if (own.pairs > 0)
     out.notes.push_back(

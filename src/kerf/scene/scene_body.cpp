@@ -16,16 +16,11 @@
 #include "kerf/scene/automatic_body.h"
 #include "kerf/scene/scene_keys.h"
 #include "kerf/scene/sheet_folds.h"
+#include "kerf/scene/tolerances.h"
 #include "kerf/scene/ways_out.h"
 
 namespace kerf {
 namespace {
-
-constexpr int kTriesOfSheet = 3;  // each with twice the triangles of the last
-// Of the edges, on a border: a disc of 10,000 triangles has 2 %, a cloth with less has very many triangles.
-constexpr double kFewOpenEdges = 0.02;
-// Border edges squared over edges: a square of n x n has 5, a disc 8, a bag whose opening is as wide as it is deep 2.
-constexpr double kRoundBorder = 1;
 
 void add_notes(std::vector<std::string>& notes, const std::string& file, const std::vector<std::string>& sentences) {
   const std::string name = shown(file);
@@ -115,37 +110,47 @@ std::size_t collision_triangles(const SceneBody& body) {
 }
 
 /// People have not seen the mesh that was made: they are told where in the sheet it does not bind.
-Error about_made_mesh(Error error, const std::vector<CollisionVertex>& at_fault, const TriangleMesh& made) {
+Error about_made_mesh(Error error, const std::optional<Vec3>& at_fault) {
   std::string where;
-  if (!at_fault.empty()) {
-    const Vec3 p = made.positions[VertexId(at_fault.front().value)];
-    where = fmt::format(" near ({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
-  }
+  if (at_fault) where = fmt::format(" near ({:.4g}, {:.4g}, {:.4g})", at_fault->x, at_fault->y, at_fault->z);
   error.message = fmt::format("the collision mesh that was made of the sheet does not bind{} ({}); {}", where,
                               error.message, kGiveCollisionMesh.command_line);
   return error;
 }
 
+std::optional<Vec3> middle_of(const std::vector<CollisionVertex>& vertices, const TriangleMesh& mesh) {
+  if (vertices.empty()) return std::nullopt;
+  Box3 box;
+  for (const CollisionVertex v : vertices) box.add(mesh.positions[VertexId(v.value)]);
+  return box.center();
+}
+
 /// An open sheet is its own collision mesh, or one with fewer triangles is made of it.
 Result<BoundBody> bind_sheet(const TriangleMesh& visual, std::size_t triangles, const BindOptions& options) {
   const bool own = triangles == 0 && !is_too_fine(visual.triangles.size());
-  KERF_TRY(check_sheet_folds(visual, own ? 0 : std::max(triangles, static_cast<std::size_t>(mid::kMostByNeed))));
+  const std::size_t expected = triangles > 0 ? triangles : static_cast<std::size_t>(mid::kMostByNeed);
+  KERF_TRY(check_sheet_folds(visual, own ? 0 : expected));
   if (own) return bind(visual, visual, options);
   KERF_TRY(check_wanted_triangles(triangles, visual));
   MidsurfaceOptions wanted;
   wanted.triangles = triangles;
   wanted.progress = options.progress;
+  const TriangleMesh apart = with_lips_drawn_back(visual);
   for (int i = 0;; ++i) {
-    Result<TriangleMesh> coarse = make_coarse_sheet(with_lips_drawn_back(visual), options.thickness, wanted);
+    Result<TriangleMesh> coarse = make_coarse_sheet(apart, options.thickness, wanted);
     if (!coarse.ok()) return coarse.error();
     std::vector<CollisionVertex> at_fault;
     BindOptions binding = options;
     binding.at_fault = &at_fault;
     Result<BoundBody> bound = bind(visual, *coarse, binding);
     if (bound.ok()) return bound;
+    const std::optional<Vec3> place = middle_of(at_fault, *coarse);
     // More triangles mend no fold of the sheet itself.
-    if (!at_fault.empty()) KERF_TRY(check_sheet_folds(visual, 0));
-    if (i + 1 == kTriesOfSheet) return about_made_mesh(bound.error(), at_fault, *coarse);
+    if (place) KERF_TRY(check_sheet_folds_near(visual, coarse->triangles.size(), *place));
+    if (i + 1 == kTriesOfSheet) {
+      KERF_TRY(check_sheet_folds(visual, 0));
+      return about_made_mesh(bound.error(), place);
+    }
     wanted.triangles = 2 * coarse->triangles.size();
   }
 }

@@ -70,6 +70,64 @@ TEST(NodeMatrix, GivesTheProductOfTheCells) {
   EXPECT_LT(wrong, 1e-6 * most);
 }
 
+// Springs within a cell are in its blocks; one between cells is a row.
+TEST(NodeMatrix, HoldsTheSpringsOfACell) {
+  MechanicsModel model = mixed_body(kAscending);
+  const std::array<double, 8> weights{0.3, -0.2, 0.5, 0.1, 0.4, 0.2, -0.6, 0.3};
+  for (const std::int32_t e : {0, 5, 5, 14}) {
+    RowSpring spring;
+    spring.nodes = model.element(HexId(e)).nodes;
+    spring.weights = weights;
+    spring.stiffness = 30 + e;
+    ASSERT_TRUE(model.add_spring(spring).ok());
+  }
+  RowSpring across;
+  across.nodes[0] = NodeId(0);
+  across.nodes[1] = NodeId(model.node_count() - 1);
+  across.weights[0] = 1;
+  across.weights[1] = -1;
+  across.stiffness = 50;
+  ASSERT_TRUE(model.add_spring(across).ok());
+  MechanicsState state = rest_state(model);
+  StepWorkspace w;
+  move(model, state, w);
+  EXPECT_EQ(model.node_matrix().springs.size(), 4u);
+  EXPECT_EQ(model.node_matrix().rows, std::vector<std::int32_t>{4});
+  Random random(3);
+  for (auto& q : w.search) q = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), 0};
+  narrow_search(w);
+  multiply_node_matrix(model, w, 0, model.node_count());
+  const MechanicsModel::Structure& s = model.structure();
+  element_stiffness_pass(model, w, w.search, 0, s.batches.size());
+  std::vector<Vec3> wanted(model.node_count());
+  double most = 0, wrong = 0, of_springs = 0;
+  for (std::size_t i = 0; i < model.node_count(); ++i)
+    for (int a = 0; a < 3; ++a) {
+      wanted[i][a] = w.mass_diagonal[i] * w.search[i].v[a];
+      for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k)
+        if (static_cast<std::size_t>(s.slots[k]) < s.element_slots) wanted[i][a] += w.slot[s.slots[k]].v[a];
+    }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const RowSpring& spring = model.springs()[s.springs[i]];
+    for (int a = 0; a < 3; ++a) {
+      double at = 0;
+      for (std::size_t k = 0; k < 8; ++k) at += spring.weights[k] * w.search[spring.nodes[k].index()].v[a];
+      for (std::size_t k = 0; k < 8; ++k) {
+        const double force = w.spring_scale[i] * spring.weights[k] * at;
+        wanted[spring.nodes[k].index()][a] += force;
+        of_springs = std::max(of_springs, std::abs(force));
+      }
+    }
+  }
+  for (std::size_t i = 0; i < model.node_count(); ++i)
+    for (int a = 0; a < 3; ++a) {
+      most = std::max(most, std::abs(wanted[i][a]));
+      wrong = std::max(wrong, std::abs(w.product[i].v[a] - wanted[i][a]));
+    }
+  EXPECT_GT(of_springs, 0.01 * most);
+  EXPECT_LT(wrong, 1e-6 * most);
+}
+
 TEST(NodeMatrix, TranslationsStrainNothingToTheLastBit) {
   MechanicsModel model = mixed_body(kAscending);
   MechanicsState state = rest_state(model);

@@ -52,6 +52,33 @@ inline void add_columns(const Lanes& a, const Lanes& b, const Lanes& c, const st
   }
 }
 
+/// The block of a pair of nodes, or -1.
+std::int32_t block_of(const NodeMatrixStructure& s, NodeId row, NodeId column) {
+  for (std::int32_t k = s.row_begin[row.index()]; k < s.row_begin[row.index() + 1]; ++k)
+    if (s.column[k] == column.value) return k;
+  return -1;
+}
+
+void place_springs(const MechanicsModel& model, NodeMatrixStructure& out) {
+  out.springs.clear();
+  out.rows.clear();
+  const std::vector<std::int32_t>& live = model.structure().springs;
+  for (std::size_t i = 0; i < live.size(); ++i) {
+    const RowSpring& spring = model.springs()[live[i]];
+    NodeMatrixStructure::Spring placed;
+    placed.spring = static_cast<std::int32_t>(i);
+    bool all = true;
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t b = 0; b < 8; ++b) {
+        const bool pair = a != b && spring.nodes[a].valid() && spring.nodes[b].valid();
+        placed.block[a][b] = pair ? block_of(out, spring.nodes[a], spring.nodes[b]) : -1;
+        all = all && (!pair || placed.block[a][b] >= 0);
+      }
+    if (all) out.springs.push_back(placed);
+    else out.rows.push_back(placed.spring);
+  }
+}
+
 }  // namespace
 
 void node_matrix_structure(const MechanicsModel& model, NodeMatrixStructure& out) {
@@ -104,6 +131,7 @@ void node_matrix_structure(const MechanicsModel& model, NodeMatrixStructure& out
     if (out.column.size() % 2 != 0) out.column.push_back(static_cast<std::int32_t>(i));
   }
   out.row_begin[n] = static_cast<std::int32_t>(out.column.size());
+  place_springs(model, out);
   out.full.resize(s.full_batches > 0 ? s.shared.size() : 0);
   for (std::size_t m = 0; m < out.full.size(); ++m) {
     const ElementMatrix k = dense(s.shared[m]);
@@ -173,6 +201,25 @@ void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
   }
 }
 
+void add_springs_to_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
+  w.node_diagonal = w.mass_diagonal;
+  for (const NodeMatrixStructure::Spring& placed : model.node_matrix().springs) {
+    const RowSpring& spring = model.springs()[model.structure().springs[placed.spring]];
+    const double scale = w.spring_scale[placed.spring];
+    double sum = 0;
+    for (const double weight : spring.weights) sum += weight;
+    for (std::size_t a = 0; a < 8; ++a) {
+      if (!spring.nodes[a].valid()) continue;
+      w.node_diagonal[spring.nodes[a].index()] += scale * spring.weights[a] * sum;
+      for (std::size_t b = 0; b < 8; ++b)
+        if (placed.block[a][b] >= 0)
+          for (int k = 0; k < 3; ++k)
+            column_of(w.node_blocks.data(), placed.block[a][b], k)[k] +=
+                static_cast<float>(scale * spring.weights[a] * spring.weights[b]);
+    }
+  }
+}
+
 double multiply_node_matrix(const MechanicsModel& model, StepWorkspace& w, std::size_t begin, std::size_t end) {
   const NodeMatrixStructure& s = model.node_matrix();
   const NodeBlockPair* block = w.node_blocks.data() + s.row_begin[begin] / 2;
@@ -192,7 +239,7 @@ double multiply_node_matrix(const MechanicsModel& model, StepWorkspace& w, std::
     const Four force =
         Four(__builtin_shufflevector(sum, sum, 0, 1, 2, 3)) + Four(__builtin_shufflevector(sum, sum, 4, 5, 6, 7));
     const Lanes p = load_lanes(w.search[i].v);
-    const Lanes out = w.mass_diagonal[i] * p + __builtin_convertvector(force, Lanes);
+    const Lanes out = w.node_diagonal[i] * p + __builtin_convertvector(force, Lanes);
     store_lanes(w.product[i].v, out);
     dot += p * out;
   }

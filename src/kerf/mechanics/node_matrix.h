@@ -5,7 +5,7 @@
 //   y_i = m_i x_i + sum over j of A_ij (x_j - x_i)
 //
 // Since translations strain nothing, the diagonal blocks are not needed, and translations strain nothing here to the last bit, however light a
-// node is. Mass stays in double precision.
+// node is. Mass stays in double precision, and so does what translations do to springs.
 #pragma once
 
 #include <array>
@@ -35,6 +35,13 @@ struct NodeMatrixStructure {
   std::vector<std::int32_t>
       target;  ///< per four: [pair of corners c < d][lane] the blocks (c, d), then the same of (d, c)
   std::vector<std::array<double, 300>> full;  ///< per material: upper triangle of a full cell's matrix, by rows
+  /// A spring whose nodes all hang together in pairs, as those of a cell do. It adds to blocks that are there.
+  struct Spring {
+    std::int32_t spring = 0;                             ///< in Structure::springs
+    std::array<std::array<std::int32_t, 8>, 8> block{};  ///< [row][column]; -1: no such pair
+  };
+  std::vector<Spring> springs;
+  std::vector<std::int32_t> rows;  ///< the other springs, which stay rows; in Structure::springs
 };
 
 /// Pairs of corners c < d of an element.
@@ -63,10 +70,13 @@ inline Lanes node_block_column(const NodeBlockPair* blocks, std::int32_t block, 
 /// workspace.node_blocks for a prepared step (scaled rotations, tension); springs and contacts are left out.
 void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& workspace);
 
+/// Adds springs to the blocks that they have, and to workspace.node_diagonal. After prepare_coarse_space(), which takes springs as rows.
+void add_springs_to_node_matrix(const MechanicsModel& model, StepWorkspace& workspace);
+
 /// workspace.single: the search direction, before a product with it.
 void narrow_search(StepWorkspace& workspace);
 
-/// product = A search for the nodes begin to end, springs and contacts left out; returns their share of search' A search.
+/// product = A search for the nodes begin to end, without springs that are rows, bonds and contacts; returns their share of search' A search.
 double multiply_node_matrix(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);
 
 }  // namespace kerf

@@ -192,7 +192,7 @@ double reduced(const StepWorkspace& w, std::size_t n, int component) {
   return sum;
 }
 
-// product = A search by the matrix put together; springs are rows.
+// product = A search by the matrix put together; springs across cells are rows.
 double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, double dt, bool parallel) {
   const Structure& s = model.structure();
   const std::size_t n = model.node_count();
@@ -201,7 +201,7 @@ double multiply_by_nodes(const MechanicsModel& model, StepWorkspace& w, double d
     w.partial[chunk].v[0] = multiply_node_matrix(model, w, begin, end);
   });
   double sum = reduced(w, n, 0);
-  for (std::size_t i = 0; i < s.springs.size(); ++i) {
+  for (const std::int32_t i : model.node_matrix().rows) {
     const RowSpring& spring = model.springs()[s.springs[i]];
     Lanes at = all_lanes(0);
     for (int k = 0; k < 8; ++k)
@@ -668,6 +668,7 @@ struct Solver {
         model.refresh_crossings();
       }
       prepare_coarse_space(model, w, o.dt);
+      if (w.node_matrix) add_springs_to_node_matrix(model, w);
       coarse_assembled = true;
     }
     // While the same rows press, their coarse matrix hardly changes; but no momentum may hang on an old one.

@@ -110,6 +110,7 @@ struct StepWorkspace {
   };
   std::vector<NodeBlockPair> node_blocks;  // (dt^2 + dt b) K between pairs of nodes (node_matrix.h)
   std::vector<Single> single;              // the search direction
+  std::vector<double> node_diagonal;       // mass_diagonal with what translations do to springs in node_blocks
   bool node_matrix = false;                // node_blocks are those of this step
   CoarseSpace coarse;
   BondWork bonds;

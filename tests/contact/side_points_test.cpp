@@ -66,10 +66,10 @@ TEST(SidePoints, PiecesTileTheFace) {
 
 TEST(SidePoints, CellsAsLargeAsTrianglesNeedNone) {
   EXPECT_FALSE(Sheet({4, 4, 1}).sides.any());
-  EXPECT_TRUE(Sheet({16, 16, 1}).sides.between);
-  EXPECT_FALSE(Sheet({16, 16, 1}).sides.across);
-  EXPECT_TRUE(Sheet({4, 4, 2}).sides.across);
-  EXPECT_FALSE(Sheet({4, 4, 2}).sides.between);
+  EXPECT_TRUE(Sheet({16, 16, 1}).sides.of_body[0].between);
+  EXPECT_FALSE(Sheet({16, 16, 1}).sides.of_body[0].across);
+  EXPECT_TRUE(Sheet({4, 4, 2}).sides.of_body[0].across);
+  EXPECT_FALSE(Sheet({4, 4, 2}).sides.of_body[0].between);
 }
 
 // Every cell at a side has a collision vertex or a point in it or on it, each of which lies where it is carried.
@@ -134,8 +134,7 @@ TEST(SidePoints, FollowCuts) {
       embed_triangles(sheet.cut.body, sheet.hex, change.triangles, sheet.embedding, embedding_scratch, moved);
       renew_side_points(sheet.hex, sheet.embedding, sheet.surface, sheet.sides);
       SidePoints anew;
-      anew.between = sheet.sides.between;
-      anew.across = sheet.sides.across;
+      anew.of_body = sheet.sides.of_body;
       renew_side_points(sheet.hex, sheet.embedding, sheet.surface, anew);
       ASSERT_EQ(anew.points.size(), sheet.sides.points.size());
       for (std::size_t i = 0; i < anew.points.size(); ++i) {

@@ -220,7 +220,7 @@ static double shape_limit(const DetectRun& run, const Contact& c, Vec3 travel) {
 /// A place of a face or an edge between points of its sides, where the cell that it lies in has it.
 static bool carry(const DetectRun& run, const BodyPoint& a, Contact& c) {
   const SurfaceState& body = run.bodies[static_cast<std::size_t>(a.where.body)];
-  if (body.sides == nullptr || !a.face.valid() || !body.sides->between || body.sides->pieces[a.face] < 2) return false;
+  if (body.sides == nullptr || !a.face.valid() || body.sides->pieces[a.face] < 2) return false;
   Vec3 rest;
   for (std::size_t k = 0; k < 3; ++k)
     if (const CollisionVertex v = a.where.vertex[k]; v.valid())

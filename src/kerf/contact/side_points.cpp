@@ -36,6 +36,10 @@ FaceSize size_of(const HexMesh& hex, const ContactSurface& s, F f) {
   return size;
 }
 
+const SidePoints::Wants& wants(const HexMesh& hex, const ContactSurface& s, const SidePoints& sides, F f) {
+  return sides.of_body[static_cast<std::size_t>(hex.body_of(s.root[f]))];
+}
+
 /// Into how many pieces the edges of a face are divided.
 std::int32_t pieces_of(const FaceSize& size) {
   const double pieces = std::max(size.edge / kSideApart, size.longest / kSideLongest);
@@ -65,6 +69,7 @@ std::uint64_t look_of(const HexMesh& hex, const ContactSurface& s, const SidePoi
   for (const Piece& p : hex.pieces_of(f)) {
     hash.add(p.cell);
     hash.add(hex.host[p.copy]);
+    hash.add(hex.cell[hex.host[p.copy]]);  // a number may have been another copy's before an undo
     if (p.side == 0) continue;
     hash.add(p.side);
     hash.add(hex.tips[p.tip].point);
@@ -84,12 +89,12 @@ void make_points(const HexMesh& hex, const ContactSurface& s, const SidePoints& 
     if (carrier.copy.valid()) points.push_back({f, number, weight, lift, border, piece, carrier});
     ++number;
   };
-  if (const std::int32_t n = sides.pieces[f]; sides.between && n > 2)
+  if (const std::int32_t n = sides.pieces[f]; n > 2)
     for (std::int32_t i = 1; i < n; ++i)
       for (std::int32_t j = 1; i + j < n; ++j)
         for (const double lift : {-1.0, 1.0})
           add({static_cast<double>(i) / n, static_cast<double>(j) / n, static_cast<double>(n - i - j) / n}, lift, {});
-  if (const std::int32_t n = sides.pieces[f]; sides.between && n > 1)
+  if (const std::int32_t n = sides.pieces[f]; n > 1)
     for (std::int32_t piece = 0; piece < n * n; ++piece) {
       const auto corner = side_piece(n, piece);
       std::array<double, 3> middle{};
@@ -101,8 +106,8 @@ void make_points(const HexMesh& hex, const ContactSurface& s, const SidePoints& 
     const H h = ContactSurface::corner(f, static_cast<int>(i));
     if (!s.owns_edge(h)) continue;
     const bool border = !s.twin[h].valid();
-    const std::int32_t n = sides.between ? std::max(1, pieces_at(s, sides, h)) : 1,
-                       layers = border && sides.across ? layers_of(size_of(hex, s, f)) : 1;
+    const std::int32_t n = std::max(1, pieces_at(s, sides, h)),
+                       layers = border && wants(hex, s, sides, f).across ? layers_of(size_of(hex, s, f)) : 1;
     for (std::int32_t k = 0; k < n; ++k) {
       std::array<double, 3> weight{};
       weight[(i + 1) % 3] = static_cast<double>(k) / n;
@@ -139,7 +144,9 @@ void renew_corners(const HexMesh& hex, const Embedding& embedding, const Contact
     });
     if (v.index() < known && sides.corner_from[v] == hash.value()) continue;
     sides.corner_from[v] = hash.value();
-    sides.corner[v] = corners_of(hex, embedding, s, v, around);
+    sides.corner[v] = !around.empty() && wants(hex, s, sides, around[0]).across
+                          ? corners_of(hex, embedding, s, v, around)
+                          : std::array<EmbeddedPoint, 2>{};
   }
 }
 
@@ -167,23 +174,29 @@ std::array<std::array<double, 3>, 3> side_piece(std::int32_t n, std::int32_t pie
 }
 
 void choose_side_points(const HexMesh& hex, const ContactSurface& s, SidePoints& sides) {
-  double area = 0, edges = 0, thickness = 0;
+  struct Sums {
+    double area = 0, edges = 0, thickness = 0;
+  };
+  std::vector<Sums> sums(hex.bodies.size());
   for (const F f : ids<F>(s.face_count())) {
     const FaceSize size = size_of(hex, s, f);
-    area += size.area;
-    edges += size.area * size.edge;
-    thickness += size.area * size.thickness;
+    Sums& of_body = sums[static_cast<std::size_t>(hex.body_of(s.root[f]))];
+    of_body.area += size.area;
+    of_body.edges += size.area * size.edge;
+    of_body.thickness += size.area * size.thickness;
   }
   sides = {};
-  sides.across = thickness > kThickBody * area;
-  sides.between = edges > (sides.across ? kSideApart : kLargeFaces) * area;
+  for (const Sums& of_body : sums) {
+    const bool across = of_body.thickness > kThickBody * of_body.area;
+    sides.of_body.push_back({of_body.edges > (across ? kSideApart : kLargeFaces) * of_body.area, across});
+  }
 }
 
 void renew_side_points(const HexMesh& hex, const Embedding& embedding, const ContactSurface& s, SidePoints& sides) {
   if (!sides.any()) return;
   const std::size_t faces = s.face_count();
   sides.pieces.resize(faces);
-  for (const F f : ids<F>(faces)) sides.pieces[f] = pieces_of(size_of(hex, s, f));
+  for (const F f : ids<F>(faces)) sides.pieces[f] = wants(hex, s, sides, f).between ? pieces_of(size_of(hex, s, f)) : 1;
   std::vector<SidePoint> old;
   std::swap(old, sides.points);
   const IndexedArray<F, std::uint32_t> old_end = sides.end;
@@ -204,7 +217,8 @@ void renew_side_points(const HexMesh& hex, const Embedding& embedding, const Con
   }
   sides.size.resize(sides.points.size());
   for (std::size_t i = 0; i < sides.points.size(); ++i) sides.size[i] = reach_of_piece(s, sides, sides.points[i]);
-  if (sides.across) renew_corners(hex, embedding, s, sides);
+  if (std::any_of(sides.of_body.begin(), sides.of_body.end(), [](const SidePoints::Wants& w) { return w.across; }))
+    renew_corners(hex, embedding, s, sides);
 }
 
 CarriedPlace place_of(const HexMesh& hex, const EmbeddedPoint& point, std::span<const NodeState> nodes) {

@@ -7,6 +7,7 @@
 // their collision triangles have no such points.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -37,9 +38,14 @@ struct SidePoint {
 };
 
 struct SidePoints {
-  bool between = false;  ///< faces are larger than cells
-  bool across = false;   ///< there are several cells across the thickness
-  [[nodiscard]] bool any() const { return between || across; }
+  struct Wants {
+    bool between = false;  ///< faces are larger than cells
+    bool across = false;   ///< there are several cells across the thickness
+  };
+  std::vector<Wants> of_body;  ///< of HexMesh::bodies, each by itself
+  [[nodiscard]] bool any() const {
+    return std::any_of(of_body.begin(), of_body.end(), [](const Wants& w) { return w.between || w.across; });
+  }
 
   std::vector<SidePoint> points;                       ///< by face
   IndexedArray<CollisionTriangle, std::uint32_t> end;  ///< per face: behind its last one
@@ -67,7 +73,7 @@ struct SidePoints {
 /// Weights of the corners of a piece, of n^2 that a face is divided into.
 std::array<std::array<double, 3>, 3> side_piece(std::int32_t n, std::int32_t piece);
 
-/// Does a body at rest need them?
+/// Which bodies need them at rest?
 void choose_side_points(const HexMesh& hex, const ContactSurface& surface, SidePoints& sides);
 
 /// After a cut, its undo or redo, and before the first step. Faces that look as they did keep their points. Cost: a look at each face and its pieces.

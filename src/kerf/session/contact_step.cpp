@@ -464,10 +464,10 @@ void add_edge_rows(const Body& body, const MechanicsState& state, std::span<cons
     ContactRow row;
     row.key = std::numeric_limits<std::uint64_t>::max() - (presses.size() - 1 - i);
     row.first = static_cast<std::int32_t>(c.set.entries.size());
-    SurfacePoint at;
-    at.vertex[0] = press.vertex;
-    at.weight[0] = 1;
-    c.held_share.push_back(add_point(body, at, {}, 1, row.first, c));
+    // Where pressed() measures: also in a body of several layers the vertex itself, not the corners of its prism.
+    const Carrier own = carrier_of(body, c, press.vertex, {});
+    if (own.copy.valid()) add_entries(body, own.copy, corner_weights(own.local), 1, row.first, c);
+    c.held_share.push_back(own.copy.valid() ? 0 : 1);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;
     row.rigid = press.tool;
     row.arm = tool.axes * press.local;

@@ -324,6 +324,33 @@ TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
   }
 }
 
+/// An edge presses where its gap is measured. In a body of several layers it pressed at the corners of prisms, and was measured in their middle.
+TEST(EdgeResistance, AScalpelFeelsTheSameInSeveralLayers) {
+  constexpr double resistance = 40, way = 0.1, speed = 0.1;  // N/m, m, m/s
+  const Vec3 sheet{0.08, 0.06, 0.003};
+  for (const int layers : {1, 2}) {
+    Scene scene = scalpel_scene(1e5, resistance, 0.015);
+    scene.lattice.layers = layers;
+    SceneRigidTool& blade = scene.tools[0];
+    blade.position = {-0.06, 0.001, -0.0125};
+    Session session = slab_session(scene, Mesh::kOpen, sheet, 0.01);
+    SceneCommand command;
+    command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, {}}}};
+    ASSERT_TRUE(session.apply(command).ok());
+    double sum = 0;
+    int felt = 0;
+    for (int i = 0; i < steps(session, way / speed); ++i) {
+      const auto step = session.step();
+      ASSERT_TRUE(step.ok());
+      const double x = session.tools()[0].place.position.x;
+      if (x < -0.02 || x > 0.02) continue;
+      sum -= session.tools()[0].force.x;
+      ++felt;
+    }
+    EXPECT_NEAR(sum / felt, resistance * sheet.z, 0.04 * resistance * sheet.z) << layers;
+  }
+}
+
 /// A blade that leans over to its side has more of its edge in the sheet, which rolls a little along with it.
 TEST(EdgeResistance, ALeaningEdgeFeelsItsLengthInside) {
   constexpr double resistance = 40, way = 0.12, speed = 0.05;  // N/m, m, m/s

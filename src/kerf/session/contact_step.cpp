@@ -216,22 +216,16 @@ void place_shapes(const Scene& scene, const MechanicsState& state, const std::ve
   }
 }
 
-/// What carries a vertex: a copy, and where the vertex is in it. No copy: a support holds it.
-struct Carrier {
-  HexId copy;
-  Vec3 local;
-};
-
-/// Of a vertex as a lip has it. A tip's cell is split ahead of it too, so what carries the tip follows one of its lips and not the other:
+/// What carries a vertex, as a lip has it; no copy: a support holds it. A tip's cell is split ahead of it too, so what carries the tip follows one of its lips and not the other:
 ///
 ///         left lip
 ///     ------------___
 ///      blade >       o  the tip, as the left copy has it
 ///     ________----- o   and as the right one has it
 ///         right lip
-Carrier carrier_of(const Body& body, const ContactStep& c, CollisionVertex v, CollisionHalfEdge lip) {
+EmbeddedPoint carrier_of(const Body& body, const ContactStep& c, CollisionVertex v, CollisionHalfEdge lip) {
   if (!c.held.empty() && c.is_held[v.index()] != 0) return {};
-  const Carrier own{body.embedding.collision[v], body.embedding.collision_local[v]};
+  const EmbeddedPoint own{body.embedding.collision[v], body.embedding.collision_local[v]};
   if (!lip.valid()) return own;
   const Vec3 rest = body.complex.collision.rest[v];
   const TipCopies tip = copies_of_lips(body.hex, v, rest);
@@ -241,7 +235,7 @@ Carrier carrier_of(const Body& body, const ContactStep& c, CollisionVertex v, Co
 }
 
 /// Weights of a cell's corners in vertex v's place, displaced by lift times its offset (surface_offsets.h), four at a time.
-CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex v, const Carrier& carrier,
+CornerWeights weights_of(const Body& body, const ContactStep& c, CollisionVertex v, const EmbeddedPoint& carrier,
                          double lift) {
   const Vec3 local = carrier.local;
   CornerWeights w = corner_weights(local);
@@ -283,7 +277,7 @@ double add_point(const Body& body, const SurfacePoint& point, CollisionHalfEdge 
   for (std::size_t k = 0; k < 3; ++k) {
     const CollisionVertex v = point.vertex[k];
     if (!v.valid() || point.weight[k] == 0) continue;
-    const Carrier carrier = carrier_of(body, c, v, lip);
+    const EmbeddedPoint carrier = carrier_of(body, c, v, lip);
     const double scale = sign * point.weight[k];
     if (!carrier.copy.valid()) {
       held += scale;
@@ -334,14 +328,9 @@ HexId common_copy(const Body& body, const ContactStep& c, const SurfacePoint& po
 /// A tip lies in the middle between where its lips have it.
 void place_tips(const Body& body, const RigidShape& frame, ContactStep& c) {
   const auto shift_of = [&](CollisionVertex v, CollisionHalfEdge lip) {
-    const Carrier carrier = carrier_of(body, c, v, lip);
+    const EmbeddedPoint carrier = carrier_of(body, c, v, lip);
     if (!carrier.copy.valid() || carrier.copy == body.embedding.collision[v]) return Vec3{};
-    const CornerWeights w = corner_weights(carrier.local);
-    const auto& nodes = body.hex.nodes[carrier.copy];
-    Lanes at = all_lanes(0);
-    for (std::size_t i = 0; i < 8; ++i)
-      at += (i < 4 ? w.low[i] : w.high[i - 4]) * load_lanes(c.nodes[nodes[i].index()].now);
-    return transposed_times(frame.axes, vec_of(at) - c.positions[v.index()]);
+    return transposed_times(frame.axes, place_of(body.hex, carrier, c.nodes).now - c.positions[v.index()]);
   };
   for (SlitEdge& e : c.slit.edges) {
     const SlitVertex &from = c.slit.vertices[static_cast<std::size_t>(e.from)],
@@ -465,7 +454,7 @@ void add_edge_rows(const Body& body, const MechanicsState& state, std::span<cons
     row.key = std::numeric_limits<std::uint64_t>::max() - (presses.size() - 1 - i);
     row.first = static_cast<std::int32_t>(c.set.entries.size());
     // Where pressed() measures: also in a body of several layers the vertex itself, not the corners of its prism.
-    const Carrier own = carrier_of(body, c, press.vertex, {});
+    const EmbeddedPoint own = carrier_of(body, c, press.vertex, {});
     if (own.copy.valid()) add_entries(body, own.copy, corner_weights(own.local), 1, row.first, c);
     c.held_share.push_back(own.copy.valid() ? 0 : 1);
     row.count = static_cast<std::int32_t>(c.set.entries.size()) - row.first;

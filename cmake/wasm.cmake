@@ -1,4 +1,4 @@
-# WebAssembly by clang and wasi-libc: Debian's clang-22 lld-22 libc++-22-dev-wasm32 libc++abi-22-dev-wasm32 libclang-rt-22-dev-wasm32 wasi-libc.
+# WebAssembly by clang and wasi-libc. scripts/setup --wasm installs them.
 set(CMAKE_SYSTEM_NAME Generic)
 set(KERF_WASM ON)
 set(CMAKE_SYSTEM_PROCESSOR wasm32)

@@ -107,6 +107,13 @@ class Setup(unittest.TestCase):
         self.assert_missing(said, there="cmake", missing="chromium")
         self.assertEqual(status, 3)
 
+    def test_the_module_needs_a_compiler_of_its_own(self):
+        self.run_script("setup", "--yes", "--wasm")
+        for package in ("clang-22", "llvm-22", "lld-22", "wasi-libc", "libeigen3-dev"):
+            self.assertIn(f" {package}", self.calls())
+        self.assertNotIn("chromium", self.calls())
+        self.assertEqual(self.run_script("setup", "--wasm"), (0, "setup: everything is installed.\n"))
+
     def assert_missing(self, said, there, missing):
         line = next(line for line in said.splitlines() if "missing here:" in line)
         self.assertIn(missing, line.split())

@@ -62,7 +62,7 @@ Status MechanicsModel::set_material(std::int32_t index, const Material& material
   materials_[index] = material;
   full_matrix_[index] = element_matrix(formulation_, material, cell(index).size);
   for (OwnMaterial& own : own_material_)
-    if (own.material == index) own.material = -1;
+    if (own.material == index && !own.pending) own.material = -1;  // what is pending takes the new one
   if (before.density != material.density)
     for (std::size_t e = 0; e < elements_.size(); ++e)
       if (alive_[e] && elements_[e].material == index) {

@@ -79,7 +79,8 @@ class MechanicsModel {
   [[nodiscard]] std::span<const ElementCell> cells() const { return cells_; }
   /// Index of the new material. Elements of it are boxes like this cell.
   Result<std::int32_t> add_material(const Material& material, std::int32_t cell = 0);
-  /// Takes effect for full elements at once; partly filled ones keep their matrix until they are set again.
+  /// Takes effect for full elements at once, and for matrices that are not worked out yet. Other partly filled elements keep theirs until they are set
+  /// again.
   Status set_material(std::int32_t index, const Material& material);
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
   [[nodiscard]] std::int32_t cell_of(std::int32_t material) const {

@@ -353,11 +353,6 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
     Lanes u[8][3];
-    if (batch.own < 0) {
-      full_stiffness(model, w, p, b, u);
-      scatter(w.slot.data() + 32 * b, u);
-      continue;
-    }
     Lanes r[3][3], f[8][3];
     load_rotation(w.scaled_rotation.data() + 9 * b, r);
     gather(batch, p.data(), u);

@@ -1,4 +1,4 @@
-// The loops over batches: products of many cells in several chunks.
+// The loops over batches: products of many cells in several chunks, and cells with nodes without mass.
 #include "kerf/mechanics/element_pass.h"
 
 #include <gtest/gtest.h>
@@ -48,8 +48,7 @@ std::vector<Vec3> product_by_matrices(const MechanicsModel& model, const StepWor
       const MechanicsElement& element = model.element(HexId(e));
       const ElementMatrix k = model.element_stiffness(HexId(e));
       Mat3 r;
-      for (std::size_t i = 0; i < 9; ++i)
-        r.c[i % 3][static_cast<int>(i / 3)] = w.rotation[9 * batch + i].v[lane];
+      for (std::size_t i = 0; i < 9; ++i) r.c[i % 3][static_cast<int>(i / 3)] = w.rotation[9 * batch + i].v[lane];
       double u[24] = {};
       for (std::size_t c = 0; c < 8; ++c) {
         const double* p = w.search[element.nodes[c].index()].v;
@@ -72,8 +71,7 @@ std::vector<Vec3> product_by_matrices(const MechanicsModel& model, const StepWor
         at += spring.weights[i] * Vec3{p[0], p[1], p[2]};
       }
     for (std::size_t i = 0; i < 8; ++i)
-      if (spring.nodes[i].valid())
-        out[spring.nodes[i].index()] += dt * dt * spring.stiffness * spring.weights[i] * at;
+      if (spring.nodes[i].valid()) out[spring.nodes[i].index()] += dt * dt * spring.stiffness * spring.weights[i] * at;
   }
   return out;
 }
@@ -116,7 +114,8 @@ TEST(ElementPass, ProductsInSeveralChunksAreThoseOfTheMatrices) {
   for (auto& q : w.search) q = {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), 0};
   for (auto& tension : w.tension) tension = {};  // the matrices have none
   multiply_springs(model, w);
-  const std::vector<Vec3> expected = product_by_matrices(model, w, options.dt), forces = test::product_by_cells(model, w);
+  const std::vector<Vec3> expected = product_by_matrices(model, w, options.dt),
+                          forces = test::product_by_cells(model, w);
   double most = 0, wrong = 0;
   for (std::size_t i = 0; i < model.node_count(); ++i) {
     most = std::max(most, norm(expected[i]));
@@ -124,6 +123,38 @@ TEST(ElementPass, ProductsInSeveralChunksAreThoseOfTheMatrices) {
   }
   EXPECT_GT(most, 0);
   EXPECT_LT(wrong, 1e-12 * most);
+}
+
+// Of a cell with little material some nodes may have no mass, and so belong to no piece.
+TEST(ElementPass, ACellWithAMasslessNodeBelongsToThePieceOfTheOthers) {
+  const Grid g{2, 1, 1};
+  const NodeId massless = g.node(1, 0, 0);
+  for (const bool held : {false, true}) {
+    MechanicsModel model = test::make_box(g, {kH, kH, kH}, {});
+    for (std::size_t e = 0; e < 2; ++e) {
+      std::array<double, 8> masses;
+      masses.fill(1e-6);
+      masses[1 - e] = 0;
+      ASSERT_EQ(model.element(HexId(e)).nodes[1 - e], massless);
+      ASSERT_TRUE(model.set_element(HexId(e), model.element(HexId(e)), masses).ok());
+    }
+    if (held) model.fix_node(g.node(0, 1, 0));
+    model.refresh();
+    const RigidPieces& rigid = model.structure().rigid;
+    EXPECT_EQ(rigid.piece[massless.index()], -1);
+    EXPECT_EQ(rigid.pieces, 1);
+    EXPECT_EQ(rigid.is_free(model.element(HexId(1)).nodes), !held);
+    EXPECT_FALSE(rigid.is_free(std::array{massless, NodeId()}));
+
+    // Without weight a free piece under tension has none in its matrix, a held one has.
+    MechanicsState state = rest_state(model);
+    for (Vec3& x : state.positions) x = 2 * x;
+    StepOptions options;
+    options.gravity = {};
+    StepWorkspace w;
+    ASSERT_TRUE(step(model, state, options, w).ok());
+    for (std::size_t lane = 0; lane < 2; ++lane) EXPECT_EQ(w.tension[0].v[lane] > 0, held);
+  }
 }
 
 }  // namespace

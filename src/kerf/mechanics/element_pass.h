@@ -14,15 +14,6 @@ namespace kerf {
 /// Elements per parallel chunk / 4; nodes per chunk. Fixed, because sums are taken per chunk.
 inline constexpr std::size_t kBatchGrain = 32, kNodeGrain = 512;
 
-/// A cell under tension resists turning; while rotations are frozen in a step, that is on the right-hand side alone. Transverse waves for which dt^2
-/// (tension - bending) is over 4 times the mass then go up in one step and down in the next: never below a tension of density h^2 / dt^2, nor of 1.15
-/// t sqrt(E density) / dt where t is the thickness. What is more than these parts of both goes into the matrix: tension times the square of the cell's mean spin.
-inline constexpr double kTautness = 0.25, kTautBending = 0.3;
-
-/// Of a tension: what a step makes itself by turning the cell is left out where it is more than this. In what hardly turns it is less, and bits stay; in what turns about a support it is
-/// nearly all.
-inline constexpr double kMadeByTurning = 0.01;
-
 /// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the
 /// slots, and into workspace.tension what of the stress resists turns. Returns the number of inverted elements.
 int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);

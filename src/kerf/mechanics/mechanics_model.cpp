@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/mechanics/tolerances.h"
+
 namespace kerf {
 namespace {
 
 constexpr std::size_t kPacked = 300;  // upper triangle of 24 x 24
 constexpr double kAxesTolerance = 1e-9;
-/// Batches of full cells that add to sums of their own: a share of all, so that few nodes have several sums, and so many at least. Fixed, because it decides the
-/// order of sums.
-constexpr std::size_t kSumChunks = 24, kLeastSumGrain = 128;
 
 Status check_cell(const ElementCell& cell) {
   for (int a = 0; a < 3; ++a)

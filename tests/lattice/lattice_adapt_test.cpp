@@ -115,6 +115,64 @@ TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {
   EXPECT_LT(pieces_lost, made);
 }
 
+/// Cells of these triangles' pieces and of those around.
+std::vector<std::uint8_t> cells_around(const HexMesh& hex, const std::vector<CollisionTriangle>& triangles,
+                                       std::vector<std::uint8_t> near) {
+  for (const CollisionTriangle t : triangles) {
+    if (t.index() >= hex.pieces.size()) continue;
+    for (const Piece& p : hex.pieces_of(t)) {
+      const LatticeIndex c = hex.index_of(p.cell);
+      for (int k = 0; k < 27; ++k) {
+        const LatticeIndex d{c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1};
+        if (hex.contains(d)) near[hex.cell_id(d).index()] = 1;
+      }
+    }
+  }
+  return near;
+}
+
+// Each tip's prism was made whole in all its cells, which touched them and the prisms of other tips there, and so on.
+TEST(LatticeAdapt, AmongManyTipsACutTouchesTheCellsAroundIt) {
+  Random random(21);
+  CollisionMesh mesh = grid_body(16, 16, 32, 32, 0.9);
+  LatticeFrame frame;
+  frame.origin = {-0.3, -0.4, -0.5};
+  frame.cell = {1.1, 1.1, 1.1};
+  frame.count = {30, 30, 1};
+  auto built = build_lattice(mesh, frame, 1.5);
+  ASSERT_TRUE(built.ok()) << built.error().message;
+  HexMesh hex = std::move(built).value();
+  LatticeScratch scratch;
+  LatticeChange change;
+  std::size_t cut_in_two = 0, touched = 0;
+  for (int cut = 0; cut < 120; ++cut) {
+    std::vector<CollisionTriangle> changed;
+    random_splitting_cut(mesh, random, 2, changed);
+    std::vector<std::uint8_t> near = cells_around(hex, changed, std::vector<std::uint8_t>(900));
+    adapt_lattice(mesh, hex, changed, scratch, change);
+    near = cells_around(hex, changed, std::move(near));
+    for (const auto* copies : {&change.new_copies, &change.dead_copies, &change.changed_copies})
+      for (const HexId h : *copies) {
+        ++touched;
+        EXPECT_TRUE(near[hex.cell_id(hex.cell[h]).index()]) << "cut " << cut << ", copy " << h.value;
+      }
+    for (const CollisionTriangle t : change.triangles) {
+      bool beside = false;
+      for (const Piece& p : hex.pieces_of(t)) beside = beside || near[p.cell.index()] != 0;
+      EXPECT_TRUE(beside) << "cut " << cut << ", triangle " << t.value;
+    }
+  }
+  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count()))
+    for (const Piece& p : hex.pieces_of(t)) cut_in_two += p.side != 0 ? 1 : 0;
+  EXPECT_GT(cut_in_two, 100u);
+  EXPECT_GT(touched, 500u);
+  const Status valid = validate_lattice(mesh, hex);
+  EXPECT_TRUE(valid.ok()) << valid.error().message;
+  const auto fresh = build_lattice(mesh, frame, 1.5);
+  ASSERT_TRUE(fresh.ok());
+  EXPECT_TRUE(same_lattice(*fresh, hex));
+}
+
 TEST(LatticeAdapt, RollsBackAndUndoesToTheBit) {
   Random random(5);
   RandomBody body = random_body(random);

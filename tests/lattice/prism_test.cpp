@@ -54,6 +54,7 @@ TEST(Prism, MomentsOfABoxInsideACellAreExact) {
 TEST(Prism, UprightPrismsHaveTheMomentsOfSlantedOnesInTheLimit) {
   // A prism that leans by 1e-9 goes through the general path, an upright one through the short cut.
   Random random(5);
+  int there = 0, not_there = 0;
   for (int i = 0; i < 60; ++i) {
     Prism upright, leaning;
     const int axis = i % 3;
@@ -82,8 +83,16 @@ TEST(Prism, UprightPrismsHaveTheMomentsOfSlantedOnesInTheLimit) {
         EXPECT_NEAR(right_a[m], right_b[m], 1e-8);
         EXPECT_NEAR(left_a[m] + right_a[m], a[m], 1e-14);
       }
+      for (const int side : {1, -1}) {
+        const bool beside = (side > 0 ? left_a : right_a)[0] > 1e-8;
+        EXPECT_EQ(prism_beside(upright, cell, point, normal, side), beside);
+        EXPECT_EQ(prism_beside(leaning, cell, point, normal, side), beside);
+        ++(beside ? there : not_there);
+      }
     }
   }
+  EXPECT_GT(there, 50);
+  EXPECT_GT(not_there, 50);
 }
 
 TEST(Prism, PartsInTheCellsAddUpToTheWhole) {

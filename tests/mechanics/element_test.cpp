@@ -319,24 +319,59 @@ TEST(Element, MatrixIsWorkedOutAnewWhereMaterialIsAnother) {
   for (auto& set : volumes)
     for (double& v : set) v = random.uniform(1e-6, 1e-5);
   const std::array<double, 8> masses{1, 1, 1, 1, 1, 1, 1, 1};
+  // Material of each element; none where it is full, or its material was changed after it was set.
+  const std::array<double, 27>* material_of[2] = {};
+  const auto change_a_material = [&] {
+    const auto index = static_cast<std::int32_t>(random.next() % 2);
+    Material changed = model.materials()[static_cast<std::size_t>(index)];
+    changed.young *= random.next() % 2 == 0 ? 1.5 : 1 / 1.5;
+    ASSERT_TRUE(model.set_material(index, changed).ok());
+    for (std::size_t k = 0; k < 2; ++k)
+      if (model.element(HexId(k)).material == index) material_of[k] = nullptr;
+  };
   // Elements come and go, so that they take each other's places in the pool of matrices.
-  for (int round = 0; round < 60; ++round) {
-    const HexId id(static_cast<std::int32_t>(random.next() % 2));
+  int compared = 0;
+  for (int round = 0; round < 200; ++round) {
+    const auto e = static_cast<std::size_t>(random.next() % 2);
+    const HexId id(e);
     MechanicsElement element = model.element(id);
     if (random.next() % 3 == 0) model.remove_element(id);
     element.material = static_cast<std::int32_t>(random.next() % 2);
     const auto& set = volumes[random.next() % 2];
-    if (random.next() % 5 == 0) {
-      const auto index = static_cast<std::int32_t>(random.next() % 2);
-      Material changed = model.materials()[static_cast<std::size_t>(index)];
-      changed.young *= 1.5;
-      ASSERT_TRUE(model.set_material(index, changed).ok());
-    }
+    if (random.next() % 5 == 0) change_a_material();
     ASSERT_TRUE(model.set_element(id, element, set, masses).ok());
-    const Material& material = model.materials()[static_cast<std::size_t>(element.material)];
-    const ElementMatrix expected = partly_filled_matrix(model.formulation(), material, h, material_points_27(set));
-    const ElementMatrix stored = model.element_stiffness(id);
+    material_of[e] = &set;
+    if (random.next() % 5 == 0) change_a_material();
+    if (round % 3 == 0) model.refresh();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const ElementMatrix stored = model.element_stiffness(HexId(k));
+      if (material_of[k] == nullptr) continue;
+      const Material& material = model.materials()[static_cast<std::size_t>(model.element(HexId(k)).material)];
+      const ElementMatrix expected =
+          partly_filled_matrix(model.formulation(), material, h, material_points_27(*material_of[k]));
+      ++compared;
+      for (std::size_t i = 0; i < 576; ++i)
+        ASSERT_NEAR(stored[i], expected[i], 1e-11 * expected[0]) << "round " << round << ", element " << k;
+    }
+  }
+  EXPECT_GT(compared, 200);
+}
+
+// A material that changes before a step has worked out what was set: its matrix is of the new one.
+TEST(Element, AMaterialMayChangeBeforeAMatrixIsWorkedOut) {
+  const Vec3 h{0.1, 0.2, 0.3};
+  MechanicsModel model = test::make_box({1, 1, 1}, h, {});
+  std::array<double, 27> volumes;
+  volumes.fill(1e-5);
+  ASSERT_TRUE(model.set_element(HexId(0), model.element(HexId(0)), volumes, {1, 1, 1, 1, 1, 1, 1, 1}).ok());
+  Material stiff;
+  stiff.young *= 3;
+  ASSERT_TRUE(model.set_material(0, stiff).ok());
+  const ElementMatrix expected = partly_filled_matrix(model.formulation(), stiff, h, material_points_27(volumes));
+  for (int round = 0; round < 2; ++round) {
+    const ElementMatrix stored = model.element_stiffness(HexId(0));
     for (std::size_t i = 0; i < 576; ++i) ASSERT_NEAR(stored[i], expected[i], 1e-11 * expected[0]);
+    model.refresh();
   }
 }
 

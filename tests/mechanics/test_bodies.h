@@ -4,12 +4,14 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <vector>
 
 #include "kerf/base/random.h"
+#include "kerf/mechanics/element_pass.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
 
@@ -75,6 +77,21 @@ inline std::vector<double> static_displacement(const MechanicsModel& model, cons
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Eigen::VectorXd u = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(b);
   return {u.data(), u.data() + n};
+}
+
+/// (dt^2 + dt b) R K R' search, of the elements alone, as a step multiplies it cell by cell: |nodes|. Overwrites workspace.product. Slots of springs and bonds
+/// count as they are. Chunks are taken backwards, as their order must not matter.
+inline std::vector<Vec3> product_by_cells(const MechanicsModel& model, StepWorkspace& w) {
+  const MechanicsModel::Structure& s = model.structure();
+  for (std::size_t chunk = (s.full_batches + s.sum_grain - 1) / s.sum_grain; chunk-- > 0;)
+    element_sum_pass(model, w, w.search, chunk * s.sum_grain, std::min(s.full_batches, (chunk + 1) * s.sum_grain));
+  element_stiffness_pass(model, w, w.search, s.full_batches, s.batches.size());
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < model.node_count(); ++i) {
+    const Lanes f = product_of_elements(s, w, i);
+    out.push_back({f[0], f[1], f[2]});
+  }
+  return out;
 }
 
 inline Mat3 rotation_about(Vec3 axis, double angle) {

@@ -31,8 +31,6 @@ constexpr double kLeastRadius = 3;
 constexpr double kRetries[] = {0, 0.6, -0.6, 1.3, -1.3, 2.1};
 /// A triangle is well inside from this part of the outline's radius (2 x area / perimeter) on.
 constexpr double kWellInside = 0.3;
-/// Margins that a triangle's box lies beside that of the outline, so that the triangle is well outside: one, and rounding.
-constexpr double kFar = 1 + 1e-6;
 
 double double_area(const std::vector<Vec2>& p) {
   double sum = 0;
@@ -138,7 +136,7 @@ Inside find_inside(const CellComplex& body, const std::vector<Vec3>& position, c
   }
   const auto is_far = [&](const Vec3(&corner)[3]) {  // by boxes
     const Vec2 a = chart(corner[0]), b = chart(corner[1]), c = chart(corner[2]);
-    const double far = kFar * margin;
+    const double far = kPunchFar * margin;
     return std::min({a.x, b.x, c.x}) > high.x + far || std::max({a.x, b.x, c.x}) < low.x - far ||
            std::min({a.y, b.y, c.y}) > high.y + far || std::max({a.y, b.y, c.y}) < low.y - far;
   };

@@ -178,6 +178,9 @@ inline constexpr double kArcInLine = 0.7071;
 inline constexpr double kMoveFlat = 1e-6;
 /// Of its size: material that is squeezed more across the blade in one move, or stretched as much, does not say how it turns. Half or double: the same.
 inline constexpr double kMoveSqueezes = 0.1;
+/// Margins of a punch that a triangle's box lies beside that of the outline, so that the triangle is well outside without its depths: one, and rounding.
+/// Half: triangles count so that the margin is to spare, and pieces inside hang on. Double: depths say the same, for more work.
+inline constexpr double kPunchFar = 1 + 1e-6;
 /// Material that turns less in a move keeps still. Half or double is rounding.
 inline constexpr double kMoveStill = 1e-9;
 

@@ -1370,6 +1370,7 @@ class Adapter {
       if (n.valid()) s_.node_stamp[n.index()] = near;
     };
     for (const auto& [corner, node] : s_.corner_nodes) mark(node);  // as they were
+    for (const NodeId n : change_.new_nodes) mark(n);               // of copies that hung on them
     for (const CellId c : s_.touched)
       for (HexId h = hex_.first_copy[c]; h.valid(); h = hex_.next_in_cell[h])
         for (const NodeId n : hex_.nodes[h]) mark(n);

@@ -20,6 +20,10 @@ inline constexpr double kLeastFill = 1e-3;
 /// lattice planes leave no slivers in the cells behind.
 inline constexpr double kPlaneSnap = 1e-10;
 
+/// Cells, and cosine of a tip's plane to the prism. Corners of an upright prism lie this near to one another across and along it: rounding. Half or double is
+/// rounding too. At zero, prisms that stand off by rounding have the same moments, for more work.
+inline constexpr double kUprightPrism = 1e-12;
+
 /// Cells. A wall between two prisms meets a cell, or lies in a cell's face, up to this distance.
 inline constexpr double kWallReach = 1e-6;
 

@@ -232,8 +232,6 @@ class MomentSum {
   Lanes sum_[27] = {};
 };
 
-constexpr double kUpright = 1e-12;  // cells
-
 /// A prism that stands upright on a lattice plane with a flat top, as those of flat bodies in an aligned lattice: its moments
 /// are those of a polygon times those of an interval, at a fraction of the cost.
 struct UprightPrism {
@@ -241,7 +239,7 @@ struct UprightPrism {
   double low = 0, high = 0;
 };
 UprightPrism upright(const Prism& p) {
-  auto same = [](double a, double b) { return std::fabs(a - b) <= kUpright; };
+  auto same = [](double a, double b) { return std::fabs(a - b) <= kUprightPrism; };
   for (int axis = 2; axis >= 0; --axis) {
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
     bool yes = same(p.minus[1][axis], p.minus[0][axis]) && same(p.minus[2][axis], p.minus[0][axis]) &&
@@ -454,7 +452,7 @@ void add_prism_moments(const Prism& prism, LatticeIndex cell, Moments& moments) 
 
 void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, Moments& left,
                               Moments& right) {
-  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= kUpright) {
+  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= kUprightPrism) {
     FlatPolygon on_left = cross_section(prism, up, cell), on_right = on_left;
     clip_beside(on_left, up, cell, point, normal);
     clip_beside(on_right, up, cell, point, -normal);
@@ -478,7 +476,7 @@ void add_prism_moments_beside(const Prism& prism, LatticeIndex cell, Vec3 point,
 bool prism_beside(const Prism& prism, LatticeIndex cell, Vec3 point, Vec3 normal, int side) {
   const auto is_beside = [&](const Vec3& p) { return side * dot(normal, p - point) > 0; };
   if (std::ranges::none_of(prism.minus, is_beside) && std::ranges::none_of(prism.plus, is_beside)) return false;
-  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= kUpright) {
+  if (const UprightPrism up = upright(prism); up.axis >= 0 && std::fabs(normal[up.axis]) <= kUprightPrism) {
     FlatPolygon polygon = cross_section(prism, up, cell);
     clip_beside(polygon, up, cell, point, side * normal);
     Moments moments{};

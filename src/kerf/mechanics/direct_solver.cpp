@@ -109,7 +109,9 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
   for (std::size_t i = 0; i < s.bonds.pairs.size(); ++i)
     for (std::size_t c = 0; c < 16; ++c)
       for (std::size_t d = 0; d < 16; ++d) {
-        const std::array<double, 9> block = bond_block(model, w, i, c, d, dt);
+        // A torn pair keeps its places: the order of elimination, and so the bits, go by them.
+        const bool torn = !(w.bonds.stiffness[i] > 0);
+        const auto block = torn ? std::array<double, 9>{} : bond_block(model, w, i, c, d, dt);
         for (int k = 0; k < 9; ++k)
           add(s.bonds.pairs[i].node[c], k / 3, s.bonds.pairs[i].node[d], k % 3, block[static_cast<std::size_t>(k)]);
       }

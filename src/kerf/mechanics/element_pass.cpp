@@ -6,6 +6,7 @@
 
 #include "kerf/base/lanes.h"
 #include "kerf/mechanics/rotation.h"
+#include "kerf/mechanics/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -150,10 +151,9 @@ double made_by_turning(const MechanicsModel& model, const StepWorkspace& w, std:
       for (int a = 0; a < 3; ++a) own[j][a] += w.rotation[9 * batch + 3 * i + j].v[lane] * rate[i][a];
   const Vec3 turn = 0.5 * dt * Vec3{own[2][1] - own[1][2], own[0][2] - own[2][0], own[1][0] - own[0][1]};
   // Seen from where it has got to, what went along a tangent by tan x turned by sin x, and is longer by 1 / cos x - 1.
-  constexpr double kFarthest = 0.9;
   // Damping leaves of that from step to step what the next one can't take back.
-  const double square = dot(turn, turn),
-               longer = (1 + material.damping_stiffness / dt) * (1 / std::sqrt(1 - std::min(square, kFarthest)) - 1);
+  const double square = dot(turn, turn), longer = (1 + material.damping_stiffness / dt) *
+                                                  (1 / std::sqrt(1 - std::min(square, kFarthestTurn)) - 1);
   if (!(square > 0)) return 0;
   const double shear = material.young * e.young_scale / (2 * (1 + material.poisson)),
                bulk = 2 * shear * material.poisson / (1 - 2 * material.poisson);
@@ -353,11 +353,6 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
   for (std::size_t b = begin; b < end; ++b) {
     const Batch& batch = s.batches[b];
     Lanes u[8][3];
-    if (batch.own < 0) {
-      full_stiffness(model, w, p, b, u);
-      scatter(w.slot.data() + 32 * b, u);
-      continue;
-    }
     Lanes r[3][3], f[8][3];
     load_rotation(w.scaled_rotation.data() + 9 * b, r);
     gather(batch, p.data(), u);

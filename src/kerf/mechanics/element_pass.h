@@ -1,10 +1,11 @@
-// The loops over batches of four elements that a time step makes. Each writes one value per (element, corner)
-// into a slot of its own; the nodes gather their slots afterwards, in fixed order: no atomics, same bits for
-// any number of threads.
+// The loops over batches of four elements that a time step makes. Each writes one value per (element, corner) into a slot of its own, and the nodes gather
+// their slots afterwards, in fixed order. Products of full cells are added to the nodes' sums chunk by chunk instead. There are no atomics, and the bits are
+// the same on any number of threads.
 #pragma once
 
 #include <cstddef>
 
+#include "kerf/base/lanes.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
 
@@ -12,15 +13,6 @@ namespace kerf {
 
 /// Elements per parallel chunk / 4; nodes per chunk. Fixed, because sums are taken per chunk.
 inline constexpr std::size_t kBatchGrain = 32, kNodeGrain = 512;
-
-/// A cell under tension resists turning; while rotations are frozen in a step, that is on the right-hand side alone. Transverse waves for which dt^2
-/// (tension - bending) is over 4 times the mass then go up in one step and down in the next: never below a tension of density h^2 / dt^2, nor of 1.15
-/// t sqrt(E density) / dt where t is the thickness. What is more than these parts of both goes into the matrix: tension times the square of the cell's mean spin.
-inline constexpr double kTautness = 0.25, kTautBending = 0.3;
-
-/// Of a tension: what a step makes itself by turning the cell is left out where it is more than this. In what hardly turns it is less, and bits stay; in what turns about a support it is
-/// nearly all.
-inline constexpr double kMadeByTurning = 0.01;
 
 /// Follows the rotations (workspace.rotation) to workspace.position and writes the elastic forces into the
 /// slots, and into workspace.tension what of the stress resists turns. Returns the number of inverted elements.
@@ -31,14 +23,24 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, st
 void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, bool weight,
                         std::size_t begin, std::size_t end);
 
-/// slot = (dt^2 + dt b) R K R' p for one search direction.
+/// slot = (dt^2 + dt b) R K R' p for one search direction. Batches of partly filled cells alone.
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& workspace,
                             const std::vector<StepWorkspace::Quad>& p, std::size_t begin, std::size_t end);
 
-/// The same for batches of full cells, into the model's sums (MechanicsModel::Structure::sum_of), which are in workspace.product. Whole chunks of
+/// The same of batches of full cells, into the model's sums (MechanicsModel::Structure::sum_of), which are in workspace.product. Whole chunks of
 /// sum_grain batches.
 void element_sum_pass(const MechanicsModel& model, StepWorkspace& workspace, const std::vector<StepWorkspace::Quad>& p,
                       std::size_t begin, std::size_t end);
+
+/// What these two passes, and those over springs and bonds, have left at a node.
+inline Lanes product_of_elements(const MechanicsModel::Structure& s, const StepWorkspace& w, std::size_t node) {
+  Lanes sum = s.summed[node] != 0 ? load_lanes(w.product[node].v) : all_lanes(0);
+  for (std::int32_t i = s.more_begin[node]; i < s.more_begin[node + 1]; ++i) {
+    const auto k = static_cast<std::size_t>(s.more[i]);
+    sum += load_lanes(k < s.sums ? w.product[k].v : w.slot[k - s.sums].v);
+  }
+  return sum;
+}
 
 /// 3 x 3 diagonal blocks of the scaled stiffness into diagonal_slot. Full cells write corners 0 to 3 only:
 /// corner 7 - c has the block of corner c.

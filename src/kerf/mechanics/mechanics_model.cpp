@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kerf/mechanics/tolerances.h"
+
 namespace kerf {
 namespace {
 
 constexpr std::size_t kPacked = 300;  // upper triangle of 24 x 24
 constexpr double kAxesTolerance = 1e-9;
-/// Batches of full cells that add to sums of their own: a share of all, so that few nodes have several sums, and so many at least. Fixed, because it decides the
-/// order of sums.
-constexpr std::size_t kSumChunks = 24, kLeastSumGrain = 128;
 
 Status check_cell(const ElementCell& cell) {
   for (int a = 0; a < 3; ++a)
@@ -62,7 +61,7 @@ Status MechanicsModel::set_material(std::int32_t index, const Material& material
   materials_[index] = material;
   full_matrix_[index] = element_matrix(formulation_, material, cell(index).size);
   for (OwnMaterial& own : own_material_)
-    if (own.material == index) own.material = -1;
+    if (own.material == index && !own.pending) own.material = -1;  // what is pending takes the new one
   if (before.density != material.density)
     for (std::size_t e = 0; e < elements_.size(); ++e)
       if (alive_[e] && elements_[e].material == index) {

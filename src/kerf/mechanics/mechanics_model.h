@@ -79,7 +79,8 @@ class MechanicsModel {
   [[nodiscard]] std::span<const ElementCell> cells() const { return cells_; }
   /// Index of the new material. Elements of it are boxes like this cell.
   Result<std::int32_t> add_material(const Material& material, std::int32_t cell = 0);
-  /// Takes effect for full elements at once; partly filled ones keep their matrix until they are set again.
+  /// Takes effect for full elements at once, and for matrices that are not worked out yet. Other partly filled elements keep theirs until they are set
+  /// again.
   Status set_material(std::int32_t index, const Material& material);
   [[nodiscard]] std::span<const Material> materials() const { return materials_; }
   [[nodiscard]] std::int32_t cell_of(std::int32_t material) const {
@@ -193,9 +194,9 @@ class MechanicsModel {
   struct Structure {
     std::vector<Batch> batches;
     std::vector<std::int32_t> element_slot;  ///< per element: 8 (4 batch + lane), -1: no element
-    /// Per node its slots: element_slot + corner, by element; then 8 slots per spring, 16 per pair of bonds. The order of all sums.
+    /// Per node its slots: element_slot + corner, by element; then 8 slots per spring, 16 per pair of bonds. The order of the sums of forces.
     std::vector<std::int32_t> slot_begin, slots;
-    /// Full cells add to sums instead, chunk by chunk of `sum_grain` batches. A node's first chunk adds to the sum of the node's own number, any other chunk
+    /// In products full cells add to sums instead, chunk by chunk of `sum_grain` batches. A node's first chunk adds to the sum of the node's own number, any other chunk
     /// to one more sum behind those of the nodes: so chunks need not wait for each other, and the order is fixed. Per batch [corner][lane]: a sum; s where
     /// that is not the first to be added, ~s where it is.
     std::vector<std::array<std::array<std::int32_t, kLanes>, 8>> sum_of;

@@ -8,16 +8,10 @@
 #include "kerf/mechanics/block_cholesky.h"
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
+#include "kerf/mechanics/tolerances.h"
 #include "kerf/mesh/union_find.h"
 
 namespace kerf {
-namespace {
-
-/// Weights of a row that add up to less than this tie nodes to each other and not to the world.
-constexpr double kTieWeight = 1e-9;
-
-}  // namespace
-
 bool RigidPieces::is_free(std::span<const NodeId> nodes) const {
   for (const NodeId n : nodes)
     if (n.valid() && piece[n.index()] >= 0) return free_index[static_cast<std::size_t>(piece[n.index()])] >= 0;

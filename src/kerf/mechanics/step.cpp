@@ -85,16 +85,6 @@ Lanes gathered(const Structure& s, const StepWorkspace& w, std::size_t node) {
   return sum;
 }
 
-// The same of a product: from the sums of full cells, and the slots of all others.
-Lanes summed(const Structure& s, const StepWorkspace& w, std::size_t node) {
-  Lanes sum = s.summed[node] != 0 ? load_lanes(w.product[node].v) : all_lanes(0);
-  for (std::int32_t i = s.more_begin[node]; i < s.more_begin[node + 1]; ++i) {
-    const auto k = static_cast<std::size_t>(s.more[i]);
-    sum += load_lanes(k < s.sums ? w.product[k].v : w.slot[k - s.sums].v);
-  }
-  return sum;
-}
-
 int force_pass(const MechanicsModel& model, StepWorkspace& w, bool parallel) {
   const std::size_t n = model.structure().batches.size();
   for_each_chunk(parallel, n, kBatchGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
@@ -242,7 +232,7 @@ double multiply(const MechanicsModel& model, StepWorkspace& w, SystemVector whic
     Lanes dot = all_lanes(0);
     for (std::size_t i = begin; i < end; ++i) {
       const Lanes x = load_lanes(p[i].v);
-      const Lanes y = w.mass_diagonal[i] * x + summed(s, w, i);
+      const Lanes y = w.mass_diagonal[i] * x + product_of_elements(s, w, i);
       store_lanes(w.product[i].v, y);
       dot += x * y;
     }

@@ -114,16 +114,6 @@ bool is_partly_held(const HexMesh& hex, const BodyMaterials& materials, HexId id
   return std::any_of(guests.begin(), guests.end(), [&](HexId g) { return part(g) != HeldPart::kNone; });
 }
 
-/// Those that have absorbed any of these have its material, too. Ascending.
-std::vector<HexId> hosts_of(const HexMesh& hex, std::span<const HexId> copies) {
-  std::vector<HexId> hosts;
-  for (const HexId id : copies)
-    if (id.index() < hex.hex_count() && hex.state[id] == HexState::kAbsorbed) hosts.push_back(hex.host[id]);
-  std::sort(hosts.begin(), hosts.end());
-  hosts.erase(std::unique(hosts.begin(), hosts.end()), hosts.end());
-  return hosts;
-}
-
 /// All values first: a joined node may be one of those that another is joined of.
 void join_nodes(const LatticeChange& change, const MechanicsModel& model, MechanicsState& state, NodeFade& fade,
                 std::vector<NodeMotion>& old) {
@@ -140,6 +130,15 @@ void join_nodes(const LatticeChange& change, const MechanicsModel& model, Mechan
 }
 
 }  // namespace
+
+std::vector<HexId> hosts_of(const HexMesh& hex, std::span<const HexId> copies) {
+  std::vector<HexId> hosts;
+  for (const HexId id : copies)
+    if (id.index() < hex.hex_count() && hex.state[id] == HexState::kAbsorbed) hosts.push_back(hex.host[id]);
+  std::sort(hosts.begin(), hosts.end());
+  hosts.erase(std::unique(hosts.begin(), hosts.end()), hosts.end());
+  return hosts;
+}
 
 std::int32_t BodyMaterials::at(Vec3 rest, std::int32_t body) const {
   const auto first = static_cast<std::int32_t>(of(body));

@@ -38,6 +38,9 @@ bool is_held(const HexMesh& hex, const BodyMaterials& materials, const Mechanics
 /// Sets the element of one copy (or removes it, if it is dead or absorbed).
 Status sync_hex(const HexMesh& hex, const BodyMaterials& materials, HexId id, MechanicsModel& model);
 
+/// Those that have absorbed any of these copies, whose elements have their material, too. Ascending.
+std::vector<HexId> hosts_of(const HexMesh& hex, std::span<const HexId> copies);
+
 /// After a cut: new nodes and elements with what they inherit - position, velocity, offset, fixed flag, rotation - and changed
 /// ones. A node that carries material of several old ones moves as most of it did;
 /// the motion that it had goes to `old`.

@@ -376,6 +376,12 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
     (void)synced;
     join_balance(state.model, state.mechanics, id, balance);
   }
+  for (const HexId host : hosts_of(body.hex, touched)) {
+    if (std::binary_search(touched.begin(), touched.end(), host)) continue;
+    const Status synced = sync_hex(body.hex, state.materials, host, state.model);
+    KERF_ASSERT(synced.ok());
+    (void)synced;
+  }
   state.synced = mark;
   ++state.topology_version;
   springs_stale = true;

@@ -148,6 +148,33 @@ TEST(BondedBodies, ABladeLedFlatBetweenTwoLayersPartsThem) {
   expect_valid(session);
 }
 
+/// A pose takes the provisional tip of the last one back, and the copies that the next tip makes have the numbers of those.
+TEST(BondedBodies, AProvisionalTipLeavesEachBondWithItsOwnMaterial) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(2).ok());
+  const auto began = session.snapshot();
+  const std::vector<std::vector<Vec2>> ways = {
+      {{-0.0412, -0.0289}, {-0.0412, -0.0191}, {-0.0412, -0.0123}},
+      {{0.0491, -0.0155}, {0.0447, -0.0155}, {0.0334, -0.0155}},
+      {{0.0134, -0.0148}, {0.0134, -0.0008}, {0.0134, 0.0131}, {0.0134, 0.0278}, {0.0202, 0.0278}}};
+  for (const std::vector<Vec2>& way : ways) {
+    session.restore(began);
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kWorld, true).ok());
+    for (const Vec2 at : way) {
+      ASSERT_TRUE(session.step(1).ok());
+      ASSERT_TRUE(session.move_blade({at.x, at.y, 0.05}, {at.x, at.y, 0.0115}).ok());
+      expect_valid(session);
+    }
+    const auto middle = session.snapshot();
+    ASSERT_TRUE(session.step(5).ok());
+    expect_valid(session);
+    const std::uint64_t hash = session.hash();
+    session.restore(middle);  // finds all bonds anew
+    ASSERT_TRUE(session.step(5).ok());
+    EXPECT_EQ(session.hash(), hash) << way[0].x;
+  }
+}
+
 TEST(BondedBodies, WhatIsPulledOffTears) {
   Scene scene = pad();
   scene.contact.enabled = false;

@@ -458,7 +458,7 @@ Status Session::validate() const {
     return failed(fmt::format("the hexahedra weigh {} kg, the body {} kg", mass, whole));
   if (s.state.mechanics.positions.size() != hex.node_count() || s.state.mechanics.rotations.size() != hex.hex_count())
     return failed("mechanics and the hexahedra have different numbers of nodes or elements");
-  return {};
+  return s.validate_bonds();
 }
 
 Session::BondState Session::bonds() const {

@@ -268,6 +268,21 @@ void Session::Impl::renew_bonds() {
   bonds_stale = all_bonds_stale = false;
 }
 
+Status Session::Impl::validate_bonds() const {
+  if (bonds.empty() || bonds_stale) return {};
+  RootTriangles roots;
+  list_root_triangles(state.body.complex.collision, roots);
+  for (std::size_t p = 0; p < bonds.places.size(); ++p) {
+    const BondPoint now = bond_point(state.body, bonds.places[p], roots);
+    const BondPoint& held = state.model.bond_points()[p];
+    if (now.element == held.element && now.local == held.local) continue;
+    return failed(fmt::format("bond point {} holds on to hexahedra {} and {}, its place lies in {} and {}", p,
+                              held.element[0].value, held.element[1].value, now.element[0].value,
+                              now.element[1].value));
+  }
+  return {};
+}
+
 void Session::Impl::sever_bonds(const BladeEdge& from, const BladeEdge& to) {
   if (bonds.empty()) return;
   renew_bonds();

@@ -175,6 +175,54 @@ TEST(BondedBodies, AProvisionalTipLeavesEachBondWithItsOwnMaterial) {
   }
 }
 
+/// Takes hold of the skin beside its cut at x = 0, on the right, and moves it.
+void push_right_lip(Session& session, Vec3 by, double over) {
+  const auto& rest = session.body().complex.collision.rest;
+  std::vector<CollisionVertex> lip;
+  for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+    if (rest[v].z > 0.0185 && rest[v].x > 0.001 && rest[v].x < 0.025) lip.push_back(v);
+  ASSERT_FALSE(lip.empty());
+  ASSERT_TRUE(session.grasp("lip", lip).ok());
+  SceneCommand push;
+  SceneMove move;
+  move.id = "lip";
+  move.by = by;
+  move.over = over;
+  push.what = move;
+  ASSERT_TRUE(session.apply(push).ok());
+  ASSERT_TRUE(session.step(static_cast<int>(over / session.time_step())).ok());
+}
+
+TEST(BondedBodies, LipsOfACutThatArePressedTogetherStayApart) {
+  for (const bool contact : {false, true}) {
+    Scene scene = pad();
+    scene.contact.enabled = contact;
+    Session session = make(scene);
+    cut_across(session, 0.0, 0.0185);
+    push_right_lip(session, {-0.006, 0, 0}, 0.3);
+    expect_valid(session);
+    EXPECT_EQ(session.bonds().torn, 0u);
+    const CollisionMesh& mesh = session.body().complex.collision;
+    // Of vertices at one place at rest: how far the right lip lies left of the left one.
+    const std::vector<Vec3>& now = session.collision_positions();
+    double through = 0;
+    std::vector<std::pair<CollisionVertex, bool>> lips;
+    for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count()))
+      for (int k = 0; k < 3; ++k) {
+        const CollisionVertex v = mesh.origin[CollisionMesh::corner(t, k)];
+        double middle = 0;
+        for (int m = 0; m < 3; ++m) middle += mesh.rest[mesh.origin[CollisionMesh::corner(t, m)]].x;
+        if (mesh.rest[v].z > 0.0185 && std::abs(mesh.rest[v].x) < 1e-3) lips.emplace_back(v, middle > 0);
+      }
+    for (const auto& [right, is_right] : lips)
+      for (const auto& [left, is_right_too] : lips)
+        if (is_right && !is_right_too && right != left && norm(mesh.rest[right] - mesh.rest[left]) < 1e-6)
+          through = std::max(through, now[left.index()].x - now[right.index()].x);
+    if (contact) EXPECT_LT(through, 2e-4);
+    else EXPECT_GT(through, 1e-3);
+  }
+}
+
 TEST(BondedBodies, WhatIsPulledOffTears) {
   Scene scene = pad();
   scene.contact.enabled = false;

@@ -9,6 +9,7 @@
 #include "kerf/embedding/embedding.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
+#include "kerf/session/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -214,13 +215,14 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
                          "{}: no skin of \"{}\" is within {:.3g} m of \"{}\"; move them together or give it more reach",
                          name, shown(bond.upper), reach, shown(bond.lower))));
     out.laws.push_back(law);
-    out.spacing = std::max(out.spacing, spacing);
+    out.bodies.push_back(bodies);
   }
+  for (const BondPlace& place : out.places) out.box = std::max(out.box, kBesideBond * spacing_of(place));
   for (std::size_t p = 0; p < out.places.size(); ++p) {
     const Vec3 r = out.places[p].rest;
-    out.boxes[bond_box(static_cast<std::int64_t>(std::floor(r.x / out.spacing)),
-                       static_cast<std::int64_t>(std::floor(r.y / out.spacing)),
-                       static_cast<std::int64_t>(std::floor(r.z / out.spacing)))]
+    out.boxes[bond_box(static_cast<std::int64_t>(std::floor(r.x / out.box)),
+                       static_cast<std::int64_t>(std::floor(r.y / out.box)),
+                       static_cast<std::int64_t>(std::floor(r.z / out.box)))]
         .push_back(static_cast<std::int32_t>(p));
   }
   return out;

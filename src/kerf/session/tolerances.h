@@ -69,4 +69,13 @@ inline constexpr double kGoesAlong = 8;
 /// under 100 g comes to 43 m/s without it. Half: 1.7 m/s, and steady spins are taken twice. This: 2 m/s. Double: 4 m/s.
 inline constexpr double kMostTurned = 2;
 
+/// Damage from which on bonds leave it to contact to keep skins apart.
+inline constexpr double kLooseBond = 0.9;
+
+/// Spacings of bond points: a contact of two bonded skins is left out where a point that holds lies so near to its one end. A point lies within 0.75 of all of its
+/// part of a triangle. Half leaves out the same in a flat pad at rest; at 0.4 it has 196 contacts. Double: skins that peel have no contact within 3 of the front.
+inline constexpr double kBesideBond = 1.5;
+/// The same of the contact's other end, which is across the gap. Half and double leave out the same in a flat pad, at rest and with a lip pressed.
+inline constexpr double kAcrossBond = 3;
+
 }  // namespace kerf

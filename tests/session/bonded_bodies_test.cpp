@@ -223,6 +223,50 @@ TEST(BondedBodies, LipsOfACutThatArePressedTogetherStayApart) {
   }
 }
 
+/// With 50 mm asked for there is one point a triangle, and what is torn is known by that.
+TEST(BondedBodies, TornSkinsLieOnEachOtherWhateverSpacingWasAskedFor) {
+  Scene scene = pad();
+  for (SceneBond& b : scene.bonds) b.spacing = 0.05;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(1).ok());
+  EXPECT_TRUE(session.contacts().empty());
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
+  for (int i = 0; i <= 13; ++i) {
+    const double x = 0.065 - 0.005 * i;
+    ASSERT_TRUE(session.move_blade({x, -0.06, 0.018}, {x, 0.06, 0.018}).ok());
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+  ASSERT_TRUE(session.step(20).ok());
+  EXPECT_FALSE(session.contacts().empty());
+}
+
+TEST(BondedBodies, WhatWouldTakeAwayOrShaveIsRefusedAndChangesNothing) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(1).ok());
+  const std::uint64_t hash = session.hash();
+  SceneCommand command;
+  ScenePunch punch;
+  punch.point = {0, 0, 0.019};
+  punch.axis = {0, 0, -1};
+  punch.radius = 0.01;
+  punch.take = true;
+  command.what = punch;
+  const Status punched = session.apply(command);
+  ASSERT_FALSE(punched.ok());
+  EXPECT_NE(punched.error().message.find("leave out `take`"), std::string::npos) << punched.error().message;
+  EXPECT_EQ(session.hash(), hash);
+  EXPECT_EQ(session.undo_depth(), 0);
+  punch.take = false;
+  command.what = punch;
+  EXPECT_TRUE(session.apply(command).ok());
+  EXPECT_GT(session.counts().pieces, 3);
+  for (const Status& refused :
+       {Status(session.remove_piece(CollisionTriangle(0)).error()),
+        Status(session.shave({{0, 0, 0.03}, {0, 0, 0.02}, 0.003}, SceneFrame::kRest, 1, 0.001).error())})
+    EXPECT_NE(refused.error().message.find("take the bonds out of the scene"), std::string::npos)
+        << refused.error().message;
+}
+
 TEST(BondedBodies, WhatIsPulledOffTears) {
   Scene scene = pad();
   scene.contact.enabled = false;

@@ -49,6 +49,10 @@ inline double spacing_of(const BondPlace& place) { return std::sqrt(2 * place.ar
 Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const MechanicsModel& model,
                              std::vector<std::string>& notes);
 
+/// Why a removal, a shaver, or a punch that takes is refused.
+inline constexpr const char* kBondedStays =
+    "in a scene with [[bond]] nothing is taken away or shaved; take the bonds out of the scene, or leave this out (a punch can leave out `take`)";
+
 /// The triangles of every root, ascending.
 struct RootTriangles {
   std::vector<std::int32_t> begin;

@@ -240,6 +240,27 @@ TEST(BondedBodies, TornSkinsLieOnEachOtherWhateverSpacingWasAskedFor) {
   EXPECT_FALSE(session.contacts().empty());
 }
 
+TEST(BondedBodies, WhatIsStoredIsThatOfTheBodyAsItIs) {
+  Scene scene = pad();
+  scene.contact.enabled = false;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(10).ok());
+  const double before = session.bonds().stored;
+  EXPECT_GT(before, 0);
+  const auto whole = session.snapshot();
+  cut_across(session, 0.013, 0.0115);
+  const double after = session.bonds().stored;
+  const auto cut = session.snapshot();
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.bonds().stored, before);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.bonds().stored, after);
+  session.restore(whole);
+  EXPECT_EQ(session.bonds().stored, before);
+  session.restore(cut);
+  EXPECT_EQ(session.bonds().stored, after);
+}
+
 TEST(BondedBodies, WhatWouldTakeAwayOrShaveIsRefusedAndChangesNothing) {
   Session session = make(pad());
   ASSERT_TRUE(session.step(1).ok());

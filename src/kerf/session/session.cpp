@@ -462,7 +462,8 @@ Status Session::validate() const {
 }
 
 Session::BondState Session::bonds() const {
-  const Impl& s = *impl_;
+  Impl& s = *impl_;
+  s.renew_bonds();  // after a cut, undo or restore they may be of what was there before
   BondState out;
   out.points = s.bonds.places.size();
   for (std::size_t p = 0; p < out.points; ++p) {

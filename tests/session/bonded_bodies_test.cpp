@@ -6,8 +6,10 @@
 #include <cmath>
 #include <string>
 
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/session.h"
 #include "session/make_session.h"
+#include "support/source_dir.h"
 
 namespace kerf::bonded_bodies_test {
 namespace {
@@ -334,6 +336,62 @@ TEST(BondedBodies, WhatCannotBeIsAnError) {
   scene = pad();
   scene.bonds[1].lower = "muscle";
   EXPECT_NE(Session::create(scene).error().message.find("no skin of \"skin\" is within"), std::string::npos);
+  scene = pad();
+  scene.more_bodies[1].name = "fat";
+  scene.bonds.pop_back();
+  EXPECT_NE(Session::create(scene).error().message.find("bodies number 2 and 3 are both named \"fat\""),
+            std::string::npos);
+  scene = pad();
+  scene.bonds[1].stiffness = 1e3;
+  EXPECT_NE(Session::create(scene).error().message.find("[[bond]] number 2: bond: toughness 30 J/m2 must be more than"),
+            std::string::npos);
+}
+
+TEST(BondedBodies, ASpacingThatTakesTooManyPointsIsRefusedWithOneThatDoesNot) {
+  Scene scene = pad();
+  scene.bonds[1].spacing = 1e-5;
+  const std::string message = Session::create(scene).error().message;
+  EXPECT_NE(message.find("[[bond]] number 2: spacing 1e-05 m takes 216"), std::string::npos) << message;
+  const std::size_t at = message.find("give ");
+  ASSERT_NE(at, std::string::npos);
+  const double enough = std::stod(message.substr(at + 5));
+  // 72 triangles of 83^2 points are fewer, of 84^2 more.
+  EXPECT_NEAR(enough, std::sqrt(2 * 0.12 * 0.09 / 72) / 83, 0.05 * enough);
+}
+
+TEST(BondedBodies, FinePointsStandAtTheSpacingThatWasAskedFor) {
+  Scene scene = pad();
+  scene.bonds = {bond("fat", "skin")};
+  for (SceneBody& body : scene.more_bodies) body.options.collision_triangles = 32;
+  scene.bonds[0].spacing = 3.6e-4;
+  EXPECT_GE(make(scene).bonds().points, 32u * 72 * 72);
+}
+
+TEST(BondedBodies, TheShippedPadHasTheStrengthsThatItAsksFor) {
+  const auto scene = read_scene(test::source_dir() + "/scenes/suture-pad.toml");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const Session session = make(*scene);
+  for (const std::string& note : session.notes()) EXPECT_EQ(note.find("[[bond]]"), std::string::npos) << note;
+}
+
+TEST(BondedBodies, NotesNameTheModeThatWasLoweredAndTheStiffnessThatWasRaised) {
+  Scene scene = pad();
+  scene.bonds = {bond("fat", "skin")};
+  const auto note_of = [&] {
+    const Session session = make(scene);
+    for (const std::string& note : session.notes())
+      if (note.find("[[bond]]") != std::string::npos) return note;
+    return std::string();
+  };
+  scene.bonds[0].strength = 100;
+  EXPECT_EQ(note_of(), "");
+  scene.bonds[0].shear_strength = 1e6;
+  EXPECT_NE(note_of().find("Pa against sliding at its toughness"), std::string::npos) << note_of();
+  EXPECT_EQ(note_of().find("opening"), std::string::npos) << note_of();
+  scene.bonds[0].shear_strength.reset();
+  scene.bonds[0].strength = 300;
+  scene.bonds[0].stiffness = 4000;
+  EXPECT_NE(note_of().find("its stiffness is 6e+03 Pa/m instead of 4e+03"), std::string::npos) << note_of();
 }
 
 }  // namespace

@@ -99,6 +99,9 @@ TEST(BondedBodies, AScalpelThatEndsInTheSecondLayerLeavesTheThirdWhole) {
   ASSERT_TRUE(session.step(5).ok());
   const auto before = session.snapshot();
   const std::uint64_t hash = session.hash();
+  const std::vector<Vec3> places = session.node_positions();
+  const std::vector<double> damage = session.bond_damage();
+  const double whole = session.bonds().stored;
   cut_across(session, 0.013, 0.0115);
   expect_valid(session);
   EXPECT_EQ(session.counts().pieces, 5);
@@ -111,10 +114,19 @@ TEST(BondedBodies, AScalpelThatEndsInTheSecondLayerLeavesTheThirdWhole) {
   EXPECT_EQ(session.bonds().torn, 0u);  // the blade stands upright on them
   ASSERT_TRUE(session.step(40).ok());
   expect_valid(session);
+  const double stored = session.bonds().stored;
+  const std::uint64_t cut = session.hash();
   ASSERT_TRUE(session.undo().ok());
   EXPECT_EQ(session.counts().pieces, 3);
+  EXPECT_EQ(session.node_positions(), places);
+  EXPECT_EQ(session.bonds().stored, whole);
+  EXPECT_EQ(session.bond_damage(), damage);
+  expect_valid(session);
   ASSERT_TRUE(session.redo().ok());
   EXPECT_EQ(session.counts().pieces, 5);
+  EXPECT_EQ(session.hash(), cut);
+  EXPECT_EQ(session.bonds().stored, stored);
+  expect_valid(session);
   session.restore(before);
   EXPECT_EQ(session.hash(), hash);
 }
@@ -288,6 +300,34 @@ TEST(BondedBodies, WhatWouldTakeAwayOrShaveIsRefusedAndChangesNothing) {
         Status(session.shave({{0, 0, 0.03}, {0, 0, 0.02}, 0.003}, SceneFrame::kRest, 1, 0.001).error())})
     EXPECT_NE(refused.error().message.find("take the bonds out of the scene"), std::string::npos)
         << refused.error().message;
+}
+
+/// The pad is pressed down by 2 mm, four times as far as a blade may pass from a bond that it severs.
+TEST(BondedBodies, ABladeInTheWorldPartsThemWhereTheyAreNow) {
+  Scene scene = pad();
+  scene.contact.enabled = false;
+  scene.simulation.gravity = {0, 0, -200};
+  for (SceneBond& b : scene.bonds) b.strength = 1e3;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(100).ok());
+  const auto& rest = session.body().complex.collision.rest;
+  double skin = 0;
+  int count = 0;
+  for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+    if (std::abs(rest[v].z - 0.019) < 1e-6) skin += session.collision_positions()[v.index()].z, ++count;
+  const double z = skin / count - 0.001;
+  EXPECT_GT(0.018 - z, 0.0015);
+  for (const bool where_it_was : {true, false}) {
+    const auto before = session.snapshot();
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kWorld, true).ok());
+    for (int i = 0; i <= 13; ++i) {
+      const double x = 0.065 - 0.005 * i, height = where_it_was ? 0.018 : z;
+      ASSERT_TRUE(session.move_blade({x, -0.06, height}, {x, 0.06, height}).ok());
+    }
+    ASSERT_TRUE(session.end_stroke().ok());
+    EXPECT_NEAR(session.bonds().torn_area, where_it_was ? 0 : 0.06 * 0.09, 0.03 * 0.06 * 0.09);
+    session.restore(before);
+  }
 }
 
 TEST(BondedBodies, WhatIsPulledOffTears) {

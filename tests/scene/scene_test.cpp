@@ -531,6 +531,9 @@ TEST(Scene, ModelsAreKnown) {
   EXPECT_THAT(error_of("[body]\nmodel = \"staek\"\n"),
               HasSubstr("scene.toml:2: model of [body] can't be \"staek\"; did you mean \"steak\"?"));
   EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\nweld = 0\n"), HasSubstr("weld of [body] goes with visual"));
+  for (const char* whose : {"visual = \"a.stl\"", "bound = \"a.kerf\"", "model = \"steak\""})
+    EXPECT_THAT(error_of(std::string("[body]\n") + whose + "\nsize = [1, 1, 0.1]\n"),
+                HasSubstr("scene.toml:3: size of [body] goes with model = \"closed-sheet\""));
   EXPECT_THAT(error_of("[body]\nmodel = \"steak\"\nscale = 2\n"),
               HasSubstr("scene.toml:3: scale of [body] goes with visual"));
 }

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <string>
 
+#include "kerf/scene/scene_file.h"
 #include "kerf/session/session.h"
 #include "session/make_session.h"
+#include "support/source_dir.h"
 
 namespace kerf::bonded_bodies_test {
 namespace {
@@ -97,6 +99,9 @@ TEST(BondedBodies, AScalpelThatEndsInTheSecondLayerLeavesTheThirdWhole) {
   ASSERT_TRUE(session.step(5).ok());
   const auto before = session.snapshot();
   const std::uint64_t hash = session.hash();
+  const std::vector<Vec3> places = session.node_positions();
+  const std::vector<double> damage = session.bond_damage();
+  const double whole = session.bonds().stored;
   cut_across(session, 0.013, 0.0115);
   expect_valid(session);
   EXPECT_EQ(session.counts().pieces, 5);
@@ -109,10 +114,19 @@ TEST(BondedBodies, AScalpelThatEndsInTheSecondLayerLeavesTheThirdWhole) {
   EXPECT_EQ(session.bonds().torn, 0u);  // the blade stands upright on them
   ASSERT_TRUE(session.step(40).ok());
   expect_valid(session);
+  const double stored = session.bonds().stored;
+  const std::uint64_t cut = session.hash();
   ASSERT_TRUE(session.undo().ok());
   EXPECT_EQ(session.counts().pieces, 3);
+  EXPECT_EQ(session.node_positions(), places);
+  EXPECT_EQ(session.bonds().stored, whole);
+  EXPECT_EQ(session.bond_damage(), damage);
+  expect_valid(session);
   ASSERT_TRUE(session.redo().ok());
   EXPECT_EQ(session.counts().pieces, 5);
+  EXPECT_EQ(session.hash(), cut);
+  EXPECT_EQ(session.bonds().stored, stored);
+  expect_valid(session);
   session.restore(before);
   EXPECT_EQ(session.hash(), hash);
 }
@@ -146,6 +160,174 @@ TEST(BondedBodies, ABladeLedFlatBetweenTwoLayersPartsThem) {
   EXPECT_EQ(session.hash(), cut);
   ASSERT_TRUE(session.step(40).ok());
   expect_valid(session);
+}
+
+/// A pose takes the provisional tip of the last one back, and the copies that the next tip makes have the numbers of those.
+TEST(BondedBodies, AProvisionalTipLeavesEachBondWithItsOwnMaterial) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(2).ok());
+  const auto began = session.snapshot();
+  const std::vector<std::vector<Vec2>> ways = {
+      {{-0.0412, -0.0289}, {-0.0412, -0.0191}, {-0.0412, -0.0123}},
+      {{0.0491, -0.0155}, {0.0447, -0.0155}, {0.0334, -0.0155}},
+      {{0.0134, -0.0148}, {0.0134, -0.0008}, {0.0134, 0.0131}, {0.0134, 0.0278}, {0.0202, 0.0278}}};
+  for (const std::vector<Vec2>& way : ways) {
+    session.restore(began);
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kWorld, true).ok());
+    for (const Vec2 at : way) {
+      ASSERT_TRUE(session.step(1).ok());
+      ASSERT_TRUE(session.move_blade({at.x, at.y, 0.05}, {at.x, at.y, 0.0115}).ok());
+      expect_valid(session);
+    }
+    const auto middle = session.snapshot();
+    ASSERT_TRUE(session.step(5).ok());
+    expect_valid(session);
+    const std::uint64_t hash = session.hash();
+    session.restore(middle);  // finds all bonds anew
+    ASSERT_TRUE(session.step(5).ok());
+    EXPECT_EQ(session.hash(), hash) << way[0].x;
+  }
+}
+
+/// Takes hold of the skin beside its cut at x = 0, on the right, and moves it.
+void push_right_lip(Session& session, Vec3 by, double over) {
+  const auto& rest = session.body().complex.collision.rest;
+  std::vector<CollisionVertex> lip;
+  for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+    if (rest[v].z > 0.0185 && rest[v].x > 0.001 && rest[v].x < 0.025) lip.push_back(v);
+  ASSERT_FALSE(lip.empty());
+  ASSERT_TRUE(session.grasp("lip", lip).ok());
+  SceneCommand push;
+  SceneMove move;
+  move.id = "lip";
+  move.by = by;
+  move.over = over;
+  push.what = move;
+  ASSERT_TRUE(session.apply(push).ok());
+  ASSERT_TRUE(session.step(static_cast<int>(over / session.time_step())).ok());
+}
+
+TEST(BondedBodies, LipsOfACutThatArePressedTogetherStayApart) {
+  for (const bool contact : {false, true}) {
+    Scene scene = pad();
+    scene.contact.enabled = contact;
+    Session session = make(scene);
+    cut_across(session, 0.0, 0.0185);
+    push_right_lip(session, {-0.006, 0, 0}, 0.3);
+    expect_valid(session);
+    EXPECT_EQ(session.bonds().torn, 0u);
+    const CollisionMesh& mesh = session.body().complex.collision;
+    // Of vertices at one place at rest: how far the right lip lies left of the left one.
+    const std::vector<Vec3>& now = session.collision_positions();
+    double through = 0;
+    std::vector<std::pair<CollisionVertex, bool>> lips;
+    for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count()))
+      for (int k = 0; k < 3; ++k) {
+        const CollisionVertex v = mesh.origin[CollisionMesh::corner(t, k)];
+        double middle = 0;
+        for (int m = 0; m < 3; ++m) middle += mesh.rest[mesh.origin[CollisionMesh::corner(t, m)]].x;
+        if (mesh.rest[v].z > 0.0185 && std::abs(mesh.rest[v].x) < 1e-3) lips.emplace_back(v, middle > 0);
+      }
+    for (const auto& [right, is_right] : lips)
+      for (const auto& [left, is_right_too] : lips)
+        if (is_right && !is_right_too && right != left && norm(mesh.rest[right] - mesh.rest[left]) < 1e-6)
+          through = std::max(through, now[left.index()].x - now[right.index()].x);
+    if (contact) EXPECT_LT(through, 2e-4);
+    else EXPECT_GT(through, 1e-3);
+  }
+}
+
+/// With 50 mm asked for there is one point a triangle, and what is torn is known by that.
+TEST(BondedBodies, TornSkinsLieOnEachOtherWhateverSpacingWasAskedFor) {
+  Scene scene = pad();
+  for (SceneBond& b : scene.bonds) b.spacing = 0.05;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(1).ok());
+  EXPECT_TRUE(session.contacts().empty());
+  ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
+  for (int i = 0; i <= 13; ++i) {
+    const double x = 0.065 - 0.005 * i;
+    ASSERT_TRUE(session.move_blade({x, -0.06, 0.018}, {x, 0.06, 0.018}).ok());
+  }
+  ASSERT_TRUE(session.end_stroke().ok());
+  ASSERT_TRUE(session.step(20).ok());
+  EXPECT_FALSE(session.contacts().empty());
+}
+
+TEST(BondedBodies, WhatIsStoredIsThatOfTheBodyAsItIs) {
+  Scene scene = pad();
+  scene.contact.enabled = false;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(10).ok());
+  const double before = session.bonds().stored;
+  EXPECT_GT(before, 0);
+  const auto whole = session.snapshot();
+  cut_across(session, 0.013, 0.0115);
+  const double after = session.bonds().stored;
+  const auto cut = session.snapshot();
+  ASSERT_TRUE(session.undo().ok());
+  EXPECT_EQ(session.bonds().stored, before);
+  ASSERT_TRUE(session.redo().ok());
+  EXPECT_EQ(session.bonds().stored, after);
+  session.restore(whole);
+  EXPECT_EQ(session.bonds().stored, before);
+  session.restore(cut);
+  EXPECT_EQ(session.bonds().stored, after);
+}
+
+TEST(BondedBodies, WhatWouldTakeAwayOrShaveIsRefusedAndChangesNothing) {
+  Session session = make(pad());
+  ASSERT_TRUE(session.step(1).ok());
+  const std::uint64_t hash = session.hash();
+  SceneCommand command;
+  ScenePunch punch;
+  punch.point = {0, 0, 0.019};
+  punch.axis = {0, 0, -1};
+  punch.radius = 0.01;
+  punch.take = true;
+  command.what = punch;
+  const Status punched = session.apply(command);
+  ASSERT_FALSE(punched.ok());
+  EXPECT_NE(punched.error().message.find("leave out `take`"), std::string::npos) << punched.error().message;
+  EXPECT_EQ(session.hash(), hash);
+  EXPECT_EQ(session.undo_depth(), 0);
+  punch.take = false;
+  command.what = punch;
+  EXPECT_TRUE(session.apply(command).ok());
+  EXPECT_GT(session.counts().pieces, 3);
+  for (const Status& refused :
+       {Status(session.remove_piece(CollisionTriangle(0)).error()),
+        Status(session.shave({{0, 0, 0.03}, {0, 0, 0.02}, 0.003}, SceneFrame::kRest, 1, 0.001).error())})
+    EXPECT_NE(refused.error().message.find("take the bonds out of the scene"), std::string::npos)
+        << refused.error().message;
+}
+
+/// The pad is pressed down by 2 mm, four times as far as a blade may pass from a bond that it severs.
+TEST(BondedBodies, ABladeInTheWorldPartsThemWhereTheyAreNow) {
+  Scene scene = pad();
+  scene.contact.enabled = false;
+  scene.simulation.gravity = {0, 0, -200};
+  for (SceneBond& b : scene.bonds) b.strength = 1e3;
+  Session session = make(scene);
+  ASSERT_TRUE(session.step(100).ok());
+  const auto& rest = session.body().complex.collision.rest;
+  double skin = 0;
+  int count = 0;
+  for (const CollisionVertex v : ids<CollisionVertex>(rest.size()))
+    if (std::abs(rest[v].z - 0.019) < 1e-6) skin += session.collision_positions()[v.index()].z, ++count;
+  const double z = skin / count - 0.001;
+  EXPECT_GT(0.018 - z, 0.0015);
+  for (const bool where_it_was : {true, false}) {
+    const auto before = session.snapshot();
+    ASSERT_TRUE(session.begin_stroke(SceneFrame::kWorld, true).ok());
+    for (int i = 0; i <= 13; ++i) {
+      const double x = 0.065 - 0.005 * i, height = where_it_was ? 0.018 : z;
+      ASSERT_TRUE(session.move_blade({x, -0.06, height}, {x, 0.06, height}).ok());
+    }
+    ASSERT_TRUE(session.end_stroke().ok());
+    EXPECT_NEAR(session.bonds().torn_area, where_it_was ? 0 : 0.06 * 0.09, 0.03 * 0.06 * 0.09);
+    session.restore(before);
+  }
 }
 
 TEST(BondedBodies, WhatIsPulledOffTears) {
@@ -194,6 +376,62 @@ TEST(BondedBodies, WhatCannotBeIsAnError) {
   scene = pad();
   scene.bonds[1].lower = "muscle";
   EXPECT_NE(Session::create(scene).error().message.find("no skin of \"skin\" is within"), std::string::npos);
+  scene = pad();
+  scene.more_bodies[1].name = "fat";
+  scene.bonds.pop_back();
+  EXPECT_NE(Session::create(scene).error().message.find("bodies number 2 and 3 are both named \"fat\""),
+            std::string::npos);
+  scene = pad();
+  scene.bonds[1].stiffness = 1e3;
+  EXPECT_NE(Session::create(scene).error().message.find("[[bond]] number 2: bond: toughness 30 J/m2 must be more than"),
+            std::string::npos);
+}
+
+TEST(BondedBodies, ASpacingThatTakesTooManyPointsIsRefusedWithOneThatDoesNot) {
+  Scene scene = pad();
+  scene.bonds[1].spacing = 1e-5;
+  const std::string message = Session::create(scene).error().message;
+  EXPECT_NE(message.find("[[bond]] number 2: spacing 1e-05 m takes 216"), std::string::npos) << message;
+  const std::size_t at = message.find("give ");
+  ASSERT_NE(at, std::string::npos);
+  const double enough = std::stod(message.substr(at + 5));
+  // 72 triangles of 83^2 points are fewer, of 84^2 more.
+  EXPECT_NEAR(enough, std::sqrt(2 * 0.12 * 0.09 / 72) / 83, 0.05 * enough);
+}
+
+TEST(BondedBodies, FinePointsStandAtTheSpacingThatWasAskedFor) {
+  Scene scene = pad();
+  scene.bonds = {bond("fat", "skin")};
+  for (SceneBody& body : scene.more_bodies) body.options.collision_triangles = 32;
+  scene.bonds[0].spacing = 3.6e-4;
+  EXPECT_GE(make(scene).bonds().points, 32u * 72 * 72);
+}
+
+TEST(BondedBodies, TheShippedPadHasTheStrengthsThatItAsksFor) {
+  const auto scene = read_scene(test::source_dir() + "/scenes/suture-pad.toml");
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  const Session session = make(*scene);
+  for (const std::string& note : session.notes()) EXPECT_EQ(note.find("[[bond]]"), std::string::npos) << note;
+}
+
+TEST(BondedBodies, NotesNameTheModeThatWasLoweredAndTheStiffnessThatWasRaised) {
+  Scene scene = pad();
+  scene.bonds = {bond("fat", "skin")};
+  const auto note_of = [&] {
+    const Session session = make(scene);
+    for (const std::string& note : session.notes())
+      if (note.find("[[bond]]") != std::string::npos) return note;
+    return std::string();
+  };
+  scene.bonds[0].strength = 100;
+  EXPECT_EQ(note_of(), "");
+  scene.bonds[0].shear_strength = 1e6;
+  EXPECT_NE(note_of().find("Pa against sliding at its toughness"), std::string::npos) << note_of();
+  EXPECT_EQ(note_of().find("opening"), std::string::npos) << note_of();
+  scene.bonds[0].shear_strength.reset();
+  scene.bonds[0].strength = 300;
+  scene.bonds[0].stiffness = 4000;
+  EXPECT_NE(note_of().find("its stiffness is 6e+03 Pa/m instead of 4e+03"), std::string::npos) << note_of();
 }
 
 }  // namespace

@@ -564,6 +564,8 @@ class SceneReader {
     if (table.contains("weld") && !visual)
       problem(line_of(*table.get("weld")),
               "weld of [body] goes with visual: models and bound bodies have no loose corners");
+    if (const toml::node* size = table.get("size"); size != nullptr && out.model != "closed-sheet")
+      problem(line_of(*size), "size of [body] goes with model = \"closed-sheet\"");
     for (const std::string_view key : {"thickness", "exact_paths"})
       if (bound && table.contains(key))
         problem(line_of(*table.get(key)),

@@ -361,9 +361,9 @@ SceneKeys<SceneBond> scene_keys<SceneBond>() {
       {"shear_toughness", member<&T::shear_toughness>(), "J/m2", kPositive, false,
        "Energy that tearing them by sliding takes; as toughness when absent."},
       {"stiffness", member<&T::stiffness>(), "Pa/m", kPositive, false,
-       "Traction over distance while nothing tears; by the softer body's Young's modulus over its thickness when absent."},
+       "Traction over distance while nothing tears; by the softer body's Young's modulus over its thickness when absent. At least twice strength^2 / toughness: a lower one is raised, and a note says so. Below a quarter of that it is refused."},
       {"spacing", member<&T::spacing>(), "m", kPositive, false,
-       "From point to point; four to the edge of a cell when absent."},
+       "From point to point; four to the edge of a cell when absent. One that takes more than 500,000 points is refused."},
       {"reach", member<&T::reach>(), "m", kPositive, false,
        "How far skins may be from each other; a tenth of the thinner body when absent."},
   };

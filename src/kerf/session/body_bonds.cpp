@@ -9,20 +9,12 @@
 #include "kerf/embedding/embedding.h"
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
+#include "kerf/session/tolerances.h"
+#include "kerf/spatial/bvh.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
-
-/// Stiffness without a value: so many times the softer body's Young's modulus over its thickness. Layers of a beam then bend as one; ten times as stiff, what tears would be
-/// sharper than cells resolve (worst error of a double cantilever beam 7 % for 33 %), at twice the iterations.
-constexpr double kBondFirmness = 1;
-/// Points along the edge of a cell.
-constexpr double kPointsPerCell = 4;
-/// Skins count as facing each other where normals agree to this cosine.
-constexpr double kFacing = 0.8;
-/// Of the thinner body: how far skins may be from each other without a value, and how near to them a blade severs bonds.
-constexpr double kReach = 0.1, kSevered = 0.25;
 
 std::array<Vec3, 3> corners(const CollisionMesh& mesh, CollisionTriangle t) {
   std::array<Vec3, 3> out;
@@ -37,10 +29,19 @@ Vec3 offset_at(const CollisionMesh& mesh, CollisionTriangle t, const std::array<
   return sum;
 }
 
-std::int32_t body_named(const Scene& scene, const std::string& name) {
-  for (std::size_t i = 0; i <= scene.more_bodies.size(); ++i)
-    if ((i == 0 ? scene.body : scene.more_bodies[i - 1]).name == name) return static_cast<std::int32_t>(i);
-  return -1;
+/// Bad input: no body has the name, or two have it.
+Result<std::int32_t> body_named(const Scene& scene, const std::string& name) {
+  std::int32_t found = -1;
+  for (std::size_t i = 0; i <= scene.more_bodies.size(); ++i) {
+    if ((i == 0 ? scene.body : scene.more_bodies[i - 1]).name != name) continue;
+    const auto number = static_cast<std::int32_t>(i);
+    if (found >= 0)
+      return bad_input(fmt::format("bodies number {} and {} are both named \"{}\"; give each a name of its own",
+                                   found + 1, number + 1, shown(name)));
+    found = number;
+  }
+  if (found < 0) return bad_input(fmt::format("there is no body \"{}\"; give a [[body]] that name", shown(name)));
+  return found;
 }
 
 /// Of a body: Young's modulus, mean thickness, and the longest edge of a cell along its mid-surface.
@@ -73,6 +74,65 @@ BondSide side_of(const Body& body, const MechanicsModel& model, std::int32_t num
       break;
     }
   return out;
+}
+
+/// Bad input: numbers that make no law. Strengths are lowered to what cells resolve, and a stiffness is raised to what they take; `note` says so.
+Result<BondLaw> law_of(const SceneBond& bond, const std::array<BondSide, 2>& sides, std::string& note) {
+  const double cell = std::max(sides[0].cell, sides[1].cell);
+  const auto bending = [](const BondSide& side) { return side.young * std::pow(side.thickness, 3); };
+  const BondSide& bends = bending(sides[0]) < bending(sides[1]) ? sides[0] : sides[1];
+  BondLaw law;
+  law.stiffness = bond.stiffness.value_or(
+      kBondFirmness * std::min(sides[0].young / sides[0].thickness, sides[1].young / sides[1].thickness));
+  law.toughness = {bond.toughness, bond.shear_toughness.value_or(bond.toughness)};
+  const std::array<double, 2> wanted{bond.strength, bond.shear_strength.value_or(bond.strength)};
+  std::string lowered;
+  double firm = 0;
+  for (std::size_t mode = 0; mode < 2; ++mode) {
+    law.strength[mode] =
+        std::min(wanted[mode], resolved_strength(bends.young, bends.thickness, law.toughness[mode], cell));
+    firm = std::max(firm, kBondRise * law.strength[mode] * law.strength[mode] / law.toughness[mode]);
+    if (law.strength[mode] < wanted[mode])
+      lowered += fmt::format("{}{:.3g} Pa against {}", lowered.empty() ? "" : " and ", law.strength[mode],
+                             mode == 0 ? "opening" : "sliding");
+  }
+  if (!lowered.empty())
+    note = fmt::format(
+        "cells of {:.3g} m resolve the tearing of strengths up to {} at its toughness, and it has that; what tearing it takes is the same. Give smaller cells for more.",
+        cell, lowered);
+  if (bond.stiffness) KERF_TRY(validate(law));
+  if (bond.stiffness && law.stiffness < firm)
+    note += fmt::format(
+        "{}its stiffness is {:.3g} Pa/m instead of {:.3g}, so that most of what tearing takes comes after the strength is passed; give that, or less strength",
+        note.empty() ? "" : " ", firm, law.stiffness);
+  law.stiffness = std::max(law.stiffness, firm);
+  KERF_TRY(validate(law));
+  return law;
+}
+
+/// Points along each side of a triangle.
+double points_along(double area, double spacing) { return std::max(1.0, std::ceil(std::sqrt(2 * area) / spacing)); }
+
+/// Refuses a spacing that takes more than kMostBondPoints on the triangles of a body, unless that is one a triangle.
+Status check_points(const Body& body, std::int32_t number, double spacing) {
+  const CollisionMesh& mesh = body.complex.collision;
+  std::vector<double> areas;
+  for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count()))
+    if (body.hex.body_of(mesh.root[t]) == number) {
+      const std::array<Vec3, 3> at = corners(mesh, t);
+      areas.push_back(0.5 * norm(cross(at[1] - at[0], at[2] - at[0])));
+    }
+  const auto points = [&](double apart) {
+    double sum = 0;
+    for (const double area : areas) sum += std::pow(points_along(area, apart), 2);
+    return sum;
+  };
+  const double most = std::max(kMostBondPoints, static_cast<double>(areas.size()));
+  if (points(spacing) <= most) return {};
+  double enough = spacing;
+  while (points(enough) > most) enough *= 1.02;
+  return bad_input(fmt::format("spacing {:.3g} m takes {:.0f} points, and {:.0f} are the most; give {:.3g} m or more",
+                               spacing, points(spacing), most, 1.01 * enough));
 }
 
 }  // namespace
@@ -123,51 +183,39 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
     const std::string name = fmt::format("[[bond]] number {}", number + 1);
     std::array<std::int32_t, 2> bodies{};
     for (std::size_t side = 0; side < 2; ++side) {
-      const std::string& wanted = side == 0 ? bond.lower : bond.upper;
-      bodies[side] = body_named(scene, wanted);
-      if (bodies[side] < 0)
-        return at_line(
-            scene, bond.line,
-            bad_input(fmt::format("{}: there is no body \"{}\"; give a [[body]] that name", name, shown(wanted))));
+      const Result<std::int32_t> named = body_named(scene, side == 0 ? bond.lower : bond.upper);
+      if (!named) return at_line(scene, bond.line, bad_input(fmt::format("{}: {}", name, named.error().message)));
+      bodies[side] = *named;
     }
     if (bodies[0] == bodies[1])
       return at_line(scene, bond.line,
                      bad_input(fmt::format("{} binds body \"{}\" to itself", name, shown(bond.lower))));
     const std::array<BondSide, 2> sides{side_of(body, model, bodies[0]), side_of(body, model, bodies[1])};
     const double thinner = std::min(sides[0].thickness, sides[1].thickness);
-    const double cell = std::max(sides[0].cell, sides[1].cell);
-    const double reach = bond.reach.value_or(kReach * thinner);
+    const double reach = bond.reach.value_or(kBondReach * thinner);
     const double spacing = bond.spacing.value_or(std::min(sides[0].cell, sides[1].cell) / kPointsPerCell);
 
-    BondLaw law;
-    law.stiffness = bond.stiffness.value_or(
-        kBondFirmness * std::min(sides[0].young / sides[0].thickness, sides[1].young / sides[1].thickness));
-    law.toughness = {bond.toughness, bond.shear_toughness.value_or(bond.toughness)};
-    const std::array<double, 2> wanted{bond.strength, bond.shear_strength.value_or(bond.strength)};
-    const BondSide& bends =
-        sides[0].young * std::pow(sides[0].thickness, 3) < sides[1].young * std::pow(sides[1].thickness, 3) ? sides[0]
-                                                                                                            : sides[1];
-    for (std::size_t mode = 0; mode < 2; ++mode)
-      law.strength[mode] =
-          std::min(wanted[mode], resolved_strength(bends.young, bends.thickness, law.toughness[mode], cell));
-    // Stiff enough that most of what tearing takes comes after the strength is passed.
-    for (std::size_t mode = 0; mode < 2; ++mode)
-      law.stiffness = std::max(law.stiffness, 2 * law.strength[mode] * law.strength[mode] / law.toughness[mode]);
-    if (law.strength[0] < wanted[0] || law.strength[1] < wanted[1])
-      notes.push_back(fmt::format(
-          "{}{}: cells of {:.3g} m resolve the tearing of strengths up to {:.3g} Pa at its toughness, and it has that; what tearing it takes is the same. Give smaller cells for more.",
-          scene_place(scene, bond.line), name, cell, law.strength[0]));
-    if (const Status valid = validate(law); !valid) return at_line(scene, bond.line, valid.error());
-
+    std::string note;
+    const Result<BondLaw> law = law_of(bond, sides, note);
+    if (!law) return at_line(scene, bond.line, bad_input(fmt::format("{}: {}", name, law.error().message)));
+    if (!note.empty()) notes.push_back(fmt::format("{}{}: {}", scene_place(scene, bond.line), name, note));
+    if (const Status fits = check_points(body, bodies[1], spacing); !fits)
+      return at_line(scene, bond.line, bad_input(fmt::format("{}: {}", name, fits.error().message)));
     const std::size_t before = out.places.size();
     std::vector<CollisionTriangle> other;
-    for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count()))
-      if (body.hex.body_of(mesh.root[t]) == bodies[0]) other.push_back(t);
+    std::vector<std::int32_t> its_corners;
+    for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
+      if (body.hex.body_of(mesh.root[t]) != bodies[0]) continue;
+      other.push_back(t);
+      for (int k = 0; k < 3; ++k) its_corners.push_back(mesh.origin[CollisionMesh::corner(t, k)].value);
+    }
+    const TriangleView its_triangles(mesh.rest.raw(), its_corners);
+    const TriangleBvh tree(its_triangles);
     for (const CollisionTriangle t : ids<CollisionTriangle>(mesh.face_count())) {
       if (body.hex.body_of(mesh.root[t]) != bodies[1]) continue;
       const std::array<Vec3, 3> at = corners(mesh, t);
       const double area = 0.5 * norm(cross(at[1] - at[0], at[2] - at[0]));
-      const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(2 * area) / spacing)), 1, 64);
+      const int n = static_cast<int>(points_along(area, spacing));
       // n^2 equal triangles, each with a point in its middle.
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < 2 * (n - i) - 1; ++j) {
@@ -178,31 +226,26 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
                      off = offset_at(mesh, t, weights);
           for (const double face : {-1.0, 1.0}) {
             const Vec3 skin = middle + face * off;
-            ClosestPoint found;
-            CollisionTriangle in;
-            double nearest = HUGE_VAL;
-            for (const CollisionTriangle o : other) {
-              ClosestPoint candidate;
-              closest_point(skin, corners(mesh, o), candidate);
-              if (candidate.distance < nearest) nearest = candidate.distance, found = candidate, in = o;
-            }
-            if (!in.valid()) continue;
+            const ClosestPoint found = tree.closest(its_triangles, skin);
+            if (!found.valid()) continue;
+            const CollisionTriangle in = other[static_cast<std::size_t>(found.triangle)];
+            const double nearest = found.distance;
             const Vec3 from = found.barycentric[0] * corners(mesh, in)[0] +
                               found.barycentric[1] * corners(mesh, in)[1] + found.barycentric[2] * corners(mesh, in)[2];
             const Vec3 its = offset_at(mesh, in, found.barycentric);
             const double half = norm(its);
             const Vec3 way = skin - from;
             if (!(std::abs(nearest - half) <= reach) || !(nearest > 0) ||
-                std::abs(dot(way, its)) < kFacing * nearest * half)
+                std::abs(dot(way, its)) < kBondFacing * nearest * half)
               continue;
             const Vec3 normal = normalized(-face * off);  // into the upper body
-            if (dot(normal, way) < kFacing * nearest) continue;
+            if (dot(normal, way) < kBondFacing * nearest) continue;
             BondPlace place;
             place.root = {mesh.root[in], mesh.root[t]};
             place.rest = 0.5 * (skin + from + (half / nearest) * way);
             place.normal = normal;
             place.area = area / (n * n);
-            place.reach = kSevered * thinner;
+            place.reach = kBondSevered * thinner;
             place.law = static_cast<std::int32_t>(out.laws.size());
             out.places.push_back(place);
           }
@@ -213,14 +256,15 @@ Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const Mechani
                      bad_input(fmt::format(
                          "{}: no skin of \"{}\" is within {:.3g} m of \"{}\"; move them together or give it more reach",
                          name, shown(bond.upper), reach, shown(bond.lower))));
-    out.laws.push_back(law);
-    out.spacing = std::max(out.spacing, spacing);
+    out.laws.push_back(*law);
+    out.bodies.push_back(bodies);
   }
+  for (const BondPlace& place : out.places) out.box = std::max(out.box, kBesideBond * spacing_of(place));
   for (std::size_t p = 0; p < out.places.size(); ++p) {
     const Vec3 r = out.places[p].rest;
-    out.boxes[bond_box(static_cast<std::int64_t>(std::floor(r.x / out.spacing)),
-                       static_cast<std::int64_t>(std::floor(r.y / out.spacing)),
-                       static_cast<std::int64_t>(std::floor(r.z / out.spacing)))]
+    out.boxes[bond_box(static_cast<std::int64_t>(std::floor(r.x / out.box)),
+                       static_cast<std::int64_t>(std::floor(r.y / out.box)),
+                       static_cast<std::int64_t>(std::floor(r.z / out.box)))]
         .push_back(static_cast<std::int32_t>(p));
   }
   return out;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <unordered_map>
@@ -31,18 +32,26 @@ struct BondPlace {
 /// Of a scene; never changes.
 struct BodyBonds {
   std::vector<BondLaw> laws;
+  std::vector<std::array<std::int32_t, 2>> bodies;  ///< of each law: the lower and the upper body
   std::vector<BondPlace> places;
-  double spacing = 0;                                                  ///< m: the widest
+  double box = 0;                                                      ///< m: kBesideBond of the widest spacing
   std::unordered_map<std::uint64_t, std::vector<std::int32_t>> boxes;  ///< places by cells of that size
   [[nodiscard]] bool empty() const { return places.empty(); }
-  /// Calls fn(number) for every place within about `spacing` of a rest point.
+  /// Calls fn(number) for every place within `box` of a rest point, and for some beyond.
   template <class Fn>
   void for_each_near(Vec3 rest, Fn&& fn) const;
 };
 
+/// m between a place and the next ones of its triangle.
+inline double spacing_of(const BondPlace& place) { return std::sqrt(2 * place.area); }
+
 /// Bad input: a [[bond]] that names a body that is not there, binds a body to itself, or joins nothing.
 Result<BodyBonds> make_bonds(const Scene& scene, const Body& body, const MechanicsModel& model,
                              std::vector<std::string>& notes);
+
+/// Why a removal, a shaver, or a punch that takes is refused.
+inline constexpr const char* kBondedStays =
+    "in a scene with [[bond]] nothing is taken away or shaved; take the bonds out of the scene, or leave this out (a punch can leave out `take`)";
 
 /// The triangles of every root, ascending.
 struct RootTriangles {
@@ -64,14 +73,14 @@ inline std::uint64_t bond_box(std::int64_t x, std::int64_t y, std::int64_t z) {
 
 template <class Fn>
 void BodyBonds::for_each_near(Vec3 rest, Fn&& fn) const {
-  const auto x = static_cast<std::int64_t>(std::floor(rest.x / spacing)),
-             y = static_cast<std::int64_t>(std::floor(rest.y / spacing)),
-             z = static_cast<std::int64_t>(std::floor(rest.z / spacing));
+  const auto x = static_cast<std::int64_t>(std::floor(rest.x / box)),
+             y = static_cast<std::int64_t>(std::floor(rest.y / box)),
+             z = static_cast<std::int64_t>(std::floor(rest.z / box));
   for (std::int64_t i = x - 1; i <= x + 1; ++i)
     for (std::int64_t j = y - 1; j <= y + 1; ++j)
       for (std::int64_t k = z - 1; k <= z + 1; ++k)
-        if (const auto box = boxes.find(bond_box(i, j, k)); box != boxes.end())
-          for (const std::int32_t p : box->second) fn(p);
+        if (const auto found = boxes.find(bond_box(i, j, k)); found != boxes.end())
+          for (const std::int32_t p : found->second) fn(p);
 }
 
 }  // namespace kerf

@@ -458,11 +458,12 @@ Status Session::validate() const {
     return failed(fmt::format("the hexahedra weigh {} kg, the body {} kg", mass, whole));
   if (s.state.mechanics.positions.size() != hex.node_count() || s.state.mechanics.rotations.size() != hex.hex_count())
     return failed("mechanics and the hexahedra have different numbers of nodes or elements");
-  return {};
+  return s.validate_bonds();
 }
 
 Session::BondState Session::bonds() const {
-  const Impl& s = *impl_;
+  Impl& s = *impl_;
+  s.renew_bonds();  // after a cut, undo or restore they may be of what was there before
   BondState out;
   out.points = s.bonds.places.size();
   for (std::size_t p = 0; p < out.points; ++p) {

@@ -19,9 +19,6 @@ namespace {
 /// cap at which springs begin to hurt the solver.
 constexpr double kGraspStiffness = 2;
 
-/// Damage from which on bonds leave it to contact to keep skins apart.
-constexpr double kLooseBond = 0.9;
-
 double least_cell_edge(const HexMesh& hex, HexId copy) {
   const Vec3 cell = hex.frame_of(copy).cell;
   return std::min({cell.x, cell.y, cell.z});
@@ -268,6 +265,21 @@ void Session::Impl::renew_bonds() {
   bonds_stale = all_bonds_stale = false;
 }
 
+Status Session::Impl::validate_bonds() const {
+  if (bonds.empty() || bonds_stale) return {};
+  RootTriangles roots;
+  list_root_triangles(state.body.complex.collision, roots);
+  for (std::size_t p = 0; p < bonds.places.size(); ++p) {
+    const BondPoint now = bond_point(state.body, bonds.places[p], roots);
+    const BondPoint& held = state.model.bond_points()[p];
+    if (now.element == held.element && now.local == held.local) continue;
+    return failed(fmt::format("bond point {} holds on to hexahedra {} and {}, its place lies in {} and {}", p,
+                              held.element[0].value, held.element[1].value, now.element[0].value,
+                              now.element[1].value));
+  }
+  return {};
+}
+
 void Session::Impl::sever_bonds(const BladeEdge& from, const BladeEdge& to) {
   if (bonds.empty()) return;
   renew_bonds();
@@ -314,12 +326,20 @@ bool Session::Impl::is_bonded(const Contact& c) const {
       if (s.vertex[k].valid()) at += s.weight[k] * (mesh.rest[s.vertex[k]] + s.lift * mesh.offset[s.vertex[k]]);
     return at;
   };
+  const auto body_of = [&](const SurfacePoint& s) {
+    return state.body.hex.material[state.body.embedding.collision[s.vertex[0]]].body;
+  };
+  const std::int32_t one = body_of(c.a), other = body_of(c.b);
+  if (one == other) return false;
   const Vec3 a = rest_of(c.a), b = rest_of(c.b);
   bool bonded = false;
   bonds.for_each_near(a, [&](std::int32_t p) {
     const BondPlace& place = bonds.places[static_cast<std::size_t>(p)];
+    const std::array<std::int32_t, 2>& joined = bonds.bodies[static_cast<std::size_t>(place.law)];
+    const double spacing = spacing_of(place);
     bonded = bonded || (state.mechanics.bond_damage[static_cast<std::size_t>(p)] < kLooseBond &&
-                        norm(place.rest - a) < 1.5 * bonds.spacing && norm(place.rest - b) < 3 * bonds.spacing);
+                        std::minmax(joined[0], joined[1]) == std::minmax(one, other) &&
+                        norm(place.rest - a) < kBesideBond * spacing && norm(place.rest - b) < kAcrossBond * spacing);
   });
   return bonded;
 }

@@ -397,6 +397,8 @@ struct Session::Impl {
   void bonds_follow(std::span<const CollisionTriangle> triangles, std::span<const HexId> copies);
   void all_bonds_follow() { bonds_stale = all_bonds_stale = !bonds.empty(); }
   void renew_bonds();
+  /// Failed: bonds that are not stale hold on to what a search through the whole body would not find.
+  [[nodiscard]] Status validate_bonds() const;
   /// A blade has gone from one pose straight to another: bonds that it went through are gone.
   void sever_bonds(const BladeEdge& from, const BladeEdge& to);
   /// Is a contact one of skins that are bonded there?

@@ -113,6 +113,7 @@ std::vector<Vec2> Session::Impl::outline_of(const ScenePunch& what) const {
 }
 
 Status Session::Impl::punch(const ScenePunch& what, const std::string& place) {
+  if (what.take && !bonds.empty()) return bad_input(kBondedStays);
   Punch p;
   p.centre = what.point;
   p.axis = what.axis;

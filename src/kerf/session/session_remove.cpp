@@ -239,7 +239,7 @@ Result<RemovalReport> Session::Impl::take_away(const std::vector<std::uint8_t>& 
 
 Result<ComplexRenaming> Session::Impl::take_out(const std::vector<std::uint8_t>& remove,
                                                 std::optional<PieceRemoval>& undo) {
-  if (!bonds.empty()) return bad_input("pieces of bodies that are bonded can't be taken away");
+  if (!bonds.empty()) return bad_input(kBondedStays);
   PieceRemoval before;
   before.body = state.body;
   before.measures = state.measures;

@@ -79,7 +79,7 @@ Result<ShaveReport> Session::Impl::shave(const Shaver& shaver, SceneFrame frame,
   if (!(smoothing >= 0 && smoothing <= 1) || !(depth >= 0 && std::isfinite(depth)))
     return bad_input(fmt::format("shaver: smoothing must lie in [0, 1] and depth must not be negative, not {} and {}",
                                  smoothing, depth));
-  if (!bonds.empty()) return bad_input("bodies that are bonded can't be shaved");
+  if (!bonds.empty()) return bad_input(kBondedStays);
   const auto start = Clock::now();
   if (state.stroke && !state.stroke->shaving) {
     KERF_TRY(finish_stroke());

@@ -274,6 +274,7 @@ Status Session::Impl::follow_complex(CutTimes& times) {
   if (!bonds.empty()) {
     bonds_follow(to_embed, lattice_change.changed_copies);
     bonds_follow({}, lattice_change.dead_copies);
+    bonds_follow({}, lattice_change.new_copies);  // a number may have been another copy's before a rollback
   }
   changed_visual = topology_change.visual_triangles;
   for (VisualTriangle f = topology_change.first_new_visual_triangle; f.index() < body.complex.visual.face_count();
@@ -359,9 +360,8 @@ void Session::Impl::rollback_to(const JournalMark& mark) {
   // Backwards, so that each finds its matrix again when they are set in order.
   for (std::size_t i = touched.size(); i-- > 0;) remove(touched[i]);
   state.model.clear_springs();
-  if (!bonds.empty()) bonds_follow(pieces_changed, touched);
+  if (!bonds.empty()) bonds_follow(changed_triangles(body.complex, mark), touched);
   journal_rollback(body, mark);
-  if (!bonds.empty()) bonds_follow(pieces_changed, touched);
   contact_follows(topology_change.triangles);
   const Status truncated = state.model.truncate(nodes.size, copies.size);
   KERF_ASSERT(truncated.ok());

@@ -69,4 +69,32 @@ inline constexpr double kGoesAlong = 8;
 /// under 100 g comes to 43 m/s without it. Half: 1.7 m/s, and steady spins are taken twice. This: 2 m/s. Double: 4 m/s.
 inline constexpr double kMostTurned = 2;
 
+/// Softer body's Young's moduli over its thickness: stiffness of a bond without a value. Layers of a beam then bend as one. A double cantilever beam of 60 cells and a
+/// zone of 4 takes 1.029 of theory's load. Half: 1.025. Double: 1.029, in a third more time. Ten times: its worst error is 33 % for 7 %, at twice the iterations.
+inline constexpr double kBondFirmness = 1;
+/// Squares of the strength over the toughness: stiffness of a bond at least. A quarter of what tearing takes then comes before the strength is passed. Half: half of it,
+/// and the bond snaps; the quarter of this is refused. Double: an eighth, with a stiffer bond to solve for.
+inline constexpr double kBondRise = 2;
+/// Bond points along the edge of a cell without a spacing. That beam takes 1.029 of theory's load. Half: 1.033. Double: 1.025, in 1.4 times the time.
+inline constexpr double kPointsPerCell = 4;
+/// Cosine between the normals of skins that are bonded, at least: 37 degrees. At half, 66 degrees, rims bind too. At 1 only flat skins do. Flat layers are bonded alike.
+inline constexpr double kBondFacing = 0.8;
+/// Thicknesses of the thinner body: how far bonded skins may be from each other without a reach. Half leaves skins of scans apart that nearly meet. Double joins skins
+/// with a gap of a fifth.
+inline constexpr double kBondReach = 0.1;
+/// Thicknesses of the thinner body, to either side of a bond: a blade that passes there severs it. Half: 0.25 mm for skin, which no hand keeps to. Double: a blade in
+/// the middle of a layer severs both of its skins.
+inline constexpr double kBondSevered = 0.25;
+/// Points of a [[bond]] at most. One takes about 400 bytes, and 8 of every undo step: 200 and 4 MB together. Half and double: half and double of that.
+inline constexpr double kMostBondPoints = 500000;
+
+/// Damage from which on bonds leave it to contact to keep skins apart. A bond pushes as it pulls, by a tenth of its stiffness then.
+inline constexpr double kLooseBond = 0.9;
+
+/// Spacings of bond points: a contact of two bonded skins is left out where a point that holds lies so near to its one end. A point lies within 0.75 of all of its
+/// part of a triangle. Half leaves out the same in a flat pad at rest; at 0.4 it has 196 contacts. Double: skins that peel have no contact within 3 of the front.
+inline constexpr double kBesideBond = 1.5;
+/// The same of the contact's other end, which is across the gap. Half and double leave out the same in a flat pad, at rest and with a lip pressed.
+inline constexpr double kAcrossBond = 3;
+
 }  // namespace kerf

@@ -24,8 +24,6 @@ using TurningPiece = StepWorkspace::TurningPiece;
 
 /// Passes over contacts at most, in times of those that are wished for.
 constexpr int kMostPasses = 3;
-/// Passes at most over bonds that tear: what is left then goes on in the next step.
-constexpr int kMostBondPasses = 6;
 /// The least tolerance for which products may be taken in single precision, over the ratio of elastic forces to inertia.
 constexpr double kSingleDigits = 1e-6;
 

@@ -18,11 +18,6 @@ constexpr double kSelfTravel = 0.25, kLeastRadius = 0.1;
 /// And by this part where they meet an obstacle or a tool: they are held where it is as the part begins, which says little of how the body will have wrapped round it by the end.
 constexpr double kObstacleTravel = 0.5;
 
-/// Points of bodies that touch each other, and lips with a blade between them, are solved to this part of the tolerance: what the solver leaves undone moves light rims
-/// by more than contacts give, and they would open and close without end. A scalpel along planes of cells (EdgeResistance) is pushed aside by 0.7 N at most in 169 to 241 iterations a
-/// step. At 1: by 3.7 N in 176 to 354. Half: 0.7 N in 156 to 233; double: 0.9 N in 218 to 256.
-constexpr double kPairTolerance = 0.1;
-
 /// A part of a step in which points of bodies got deeper into each other than this share of the largest half thickness, by half of it in that part, is
 /// taken again in so many shorter ones.
 constexpr double kDeeper = 0.03;

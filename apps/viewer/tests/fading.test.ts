@@ -73,6 +73,14 @@ describe('fading offsets', () => {
     expect(s.setFading(of([]))).toEqual([]);
     expect(s.setFading(of([2, 5]))).toEqual([{ start: 2, end: 6 }]);
     expect(Array.from(s.offset.subarray(15, 18))).toEqual([2, 2, 2]);
+    // Material that is held has offsets for as long as it is held: the picture stands still all the same.
+    expect(s.setFading(of([2, 5]))).toEqual([]);
+    const other = of([2, 5]);
+    other.offsets[5] = 7;
+    expect(s.setFading(other)).toEqual([{ start: 2, end: 6 }]);
+    expect(s.offset[17]).toBe(7);
+    expect(s.setFading(of([2, 6]))).toEqual([{ start: 2, end: 7 }]);
+    expect(s.setFading(of([2, 5]))).toEqual([{ start: 2, end: 7 }]);
     expect(s.setFading(of([3]))).toEqual([{ start: 2, end: 6 }]);
     expect(Array.from(s.offset.subarray(6, 18))).toEqual([0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0, 0]);
     expect(s.setFading(of([]))).toEqual([{ start: 3, end: 4 }]);

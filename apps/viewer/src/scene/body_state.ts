@@ -136,11 +136,11 @@ export class BodyState {
     this.birth.fill(time, from, to);
   }
 
-  /** Takes over all offsets; those of other vertices end. The vertices that this changes, those that are gone included. */
+  /** Takes over all offsets; those of other vertices end. The vertices that this may change, those that are gone included; none where all are as before. */
   setFading(f: Fading): Range[] {
-    if (f.ids.length === 0 && this.fading.length === 0) return [];
     if (f.ids.length > 0 && f.ids[f.ids.length - 1]! >= this.nv)
       throw new Error(`offset of vertex ${f.ids[f.ids.length - 1]} of ${this.nv}`);
+    if (this.hasFading(f)) return [];
     for (const i of this.fading) this.offset.fill(0, 3 * i, 3 * i + 3);
     scatter(this.offset, 3, f.ids, f.offsets, 0);
     const changed = new Uint32Array(this.fading.length + f.ids.length);
@@ -148,6 +148,22 @@ export class BodyState {
     changed.set(f.ids, this.fading.length);
     this.fading = f.ids.slice();
     return changedRanges(changed.sort(), this.nv, this.nv);
+  }
+
+  /** Are these the offsets that are there? */
+  private hasFading(f: Fading): boolean {
+    return (
+      f.ids.length === this.fading.length &&
+      f.ids.every((id, i) => {
+        const [o, n] = [3 * id, 3 * i];
+        return (
+          id === this.fading[i] &&
+          this.offset[o] === f.offsets[n] &&
+          this.offset[o + 1] === f.offsets[n + 1] &&
+          this.offset[o + 2] === f.offsets[n + 2]
+        );
+      })
+    );
   }
 
   private reserve(nv: number, ns: number, nw: number, nc: number, nn: number): boolean {

@@ -446,16 +446,16 @@ await check('a page that watches is told what its drags do', async () => {
   await until(page, () => window.kerf.state().toolAllowed);
 });
 
-await check('scenes are chosen from six tiles, the others under More', async () => {
+await check('scenes are chosen from seven tiles, the others under More', async () => {
   await page.evaluate(() => document.getElementById('view').focus());
   await page.keyboard.press('/');
   await until(page, () => document.getElementById('scenes').open);
   await until(page, () => [...document.querySelectorAll('#tiles img')].every((i) => i.complete));
   const tiles = await page.evaluate(() => [...document.querySelectorAll('#tiles button')].map((b) => ({
     name: b.dataset.scene, picture: b.querySelector('img').naturalWidth > 0, title: b.querySelector('strong').textContent, goal: b.querySelector('span').textContent })));
-  assert.equal(tiles.length, 6);
+  assert.equal(tiles.length, 7);
   assert.equal(tiles[0].name, 'steak-on-a-board', 'what kerf view opens stands first');
-  assert.equal(tiles[5].name, 'trainer', 'what takes most skill stands last');
+  assert.equal(tiles[6].name, 'trainer', 'what takes most skill stands last');
   for (const t of tiles) assert.ok(t.picture && t.title.length > 5 && t.goal.length > 10, JSON.stringify(t));
   assert.ok((await page.evaluate(() => document.querySelectorAll('#more-scenes button').length)) >= 10);
   await page.screenshot({ path: join(out, 'tiles.png') });

@@ -478,6 +478,22 @@ TEST(Engine, PagesKnowWhatIsFixed) {
     }
     return p.fixed == wanted;
   };
+  // Vertices beyond the border whose hexahedra have nodes that move.
+  const auto right_vertices = [](const MirroredPage& p, bool held) {
+    std::size_t count = 0;
+    for (std::uint32_t v = 0; v < p.body.rest.size(); ++v) {
+      const double y = p.body.rest[v][1];
+      if (std::abs(y - 0.055) < 1e-6) continue;
+      bool moves = false;
+      for (const std::uint32_t n : p.body.copies.at(p.body.copy[v]))
+        moves = moves || !std::binary_search(p.fixed.begin(), p.fixed.end(), n);
+      const bool wanted = held && moves && y > 0.055;
+      EXPECT_EQ(std::binary_search(p.held_vertices.begin(), p.held_vertices.end(), v), wanted) << "vertex " << v;
+      count += wanted ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GT(right_vertices(table.pages[page], true), 50u);
   const std::vector<std::uint32_t> rim = table.pages[page].fixed;
   ASSERT_FALSE(rim.empty());
   const auto start = table.pages[page].body.nodes;
@@ -488,6 +504,7 @@ TEST(Engine, PagesKnowWhatIsFixed) {
   table.tell(page, page_command(1, kFixAll, {0}));
   table.tick(20);
   EXPECT_TRUE(table.pages[page].fixed.empty());
+  right_vertices(table.pages[page], false);
   table.tell(page, page_command(2, kFixAll, {1}));
   const auto late = table.join();
   EXPECT_TRUE(!table.pages[late].fixed.empty() && right(table.pages[late]) && right(table.pages[page]));
@@ -498,6 +515,8 @@ TEST(Engine, PagesKnowWhatIsFixed) {
   table.tick(20);
   EXPECT_GT(table.pages[page].fixed.size(), rim.size());
   EXPECT_TRUE(right(table.pages[page]) && right(table.pages[late]));
+  EXPECT_GT(right_vertices(table.pages[page], true), 50u);
+  EXPECT_EQ(table.pages[late].held_vertices, table.pages[page].held_vertices);
   table.tell(page, page_command(5, kUndo));
   table.tick(20);
   EXPECT_EQ(table.pages[page].fixed, rim);

@@ -304,7 +304,7 @@ struct MirroredPage {
   float press = 0;
   std::array<float, 7> score{};  ///< lesion m^3, its share gone, healthy m^3 gone, share, roughness, force, time
   std::uint32_t score_pieces = 0, scores = 0;
-  std::vector<std::uint32_t> fixed;  ///< nodes that supports hold
+  std::vector<std::uint32_t> fixed, held_vertices;  ///< nodes that supports hold, and vertices where nodes move
   // What the pieces weigh (kg), one copy of each, and copies of what is held
   std::vector<float> masses;
   std::vector<std::uint32_t> mass_copies, grasp_copies;
@@ -497,10 +497,12 @@ struct MirroredPage {
       case 15: {
         EXPECT_EQ(r.u32(), body.body);
         const auto n = r.u32();
-        EXPECT_EQ(r.u32(), 0u);
+        const auto h = r.u32();
         EXPECT_EQ(r.u32(), 0u);
         fixed = r.array<std::uint32_t>(n);
-        for (std::size_t i = 1; i < fixed.size(); ++i) EXPECT_LT(fixed[i - 1], fixed[i]);
+        held_vertices = r.array<std::uint32_t>(h);
+        for (const auto& list : {fixed, held_vertices})
+          for (std::size_t i = 1; i < list.size(); ++i) EXPECT_LT(list[i - 1], list[i]);
         break;
       }
       case 16: {

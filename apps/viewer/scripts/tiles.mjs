@@ -18,6 +18,7 @@ const kTiles = {
   'draped-sheet-1500': [2.45, -110, 30, 1.5],
   'crossing-strips': [1.2, -110, 28, 1.4],
   tube: [1.34, 22, 10, 1.25],
+  'suture-pad': [1.6, -60, 34, 1.35],
 };
 
 const named = process.argv.slice(2).filter((a) => a in kTiles);

@@ -431,7 +431,7 @@ export class App implements EngineEvents {
 
   fixed(fixed: Fixed): void {
     if (fixed.body !== this.mesh.state?.body) return;
-    this.mesh.setFixed(fixed.nodes.slice());
+    this.mesh.setFixed(fixed.nodes.slice(), fixed.vertices.slice());
     this.touch(false);
   }
 

@@ -90,6 +90,18 @@ describe('places', () => {
       for (let k = 0; k < 3; k++) expect(turned[4 * v + k]! / 32767).toBeCloseTo(want[k]!, 3);
     }
   });
+  it('are marked whole where a vertex is held and nodes of its cell are not', () => {
+    const { state, cells } = scattered(50),
+      place = new Float32Array(4 * state.nv);
+    state.setMarked(new Uint32Array([3, 17, state.nv]));
+    placeVertices(state, cells.texels, place);
+    const marked = (): number[] => [...Array(state.nv).keys()].filter((v) => place[4 * v + 3] !== 0);
+    expect(marked()).toEqual([3, 17]);
+    expect(place[4 * 3 + 3]).toBe(1);
+    state.setMarked(new Uint32Array([4]));
+    placeVertices(state, cells.texels, place);
+    expect(marked()).toEqual([4]);
+  });
   it('of a dead copy are a point', () => {
     const { state, cells } = scattered(50),
       place = new Float32Array(4 * state.nv);

@@ -159,7 +159,7 @@ const engineMessages: EngineMessage[] = [
     time: 12,
     loosePieces: 3,
   },
-  { type: 'fixed', body: 2, nodes: new Uint32Array([0, 4, 5]) },
+  { type: 'fixed', body: 2, nodes: new Uint32Array([0, 4, 5]), vertices: new Uint32Array([7, 9]) },
   {
     type: 'masses',
     body: 2,

@@ -306,15 +306,24 @@ void DrawnBody::fading(std::span<const FadingVertex> fades, std::vector<std::uin
                        std::vector<Vec3f>& offsets) const {
   vertices.clear();
   offsets.clear();
-  if (fades.empty()) return;
-  for (const FadingVertex& f : fades) {
-    if (static_cast<std::size_t>(f.vertex) >= first_.size())
-      break;  // of a cut that is not drawn yet: a page came in the middle of a tick
-    for (RenderVertex r = first_[static_cast<std::size_t>(f.vertex)]; r.valid(); r = next_[r.index()])
-      vertices.push_back(number(r.index()));
-  }
+  for (const FadingVertex& f : fades)
+    if (!add_drawn(static_cast<std::size_t>(f.vertex), vertices)) break;
   std::sort(vertices.begin(), vertices.end());
   for (const std::uint32_t r : vertices) offsets.push_back(to_float(kerf::fading(fades, place_[r].index())->offset));
+}
+
+void DrawnBody::drawn(std::span<const VisualVertex> visual, std::vector<std::uint32_t>& vertices) const {
+  vertices.clear();
+  for (const VisualVertex v : visual)
+    if (!add_drawn(v.index(), vertices)) break;
+  std::sort(vertices.begin(), vertices.end());
+}
+
+/// False: of a cut that is not drawn yet, as a page came in the middle of a tick.
+bool DrawnBody::add_drawn(std::size_t visual, std::vector<std::uint32_t>& vertices) const {
+  if (visual >= first_.size()) return false;
+  for (RenderVertex r = first_[visual]; r.valid(); r = next_[r.index()]) vertices.push_back(number(r.index()));
+  return true;
 }
 
 void DrawnBody::set_frames(std::span<const LatticeBody> bodies) {

@@ -32,6 +32,8 @@ class DrawnBody {
   /// Render vertices of fading visual ones (surface_fade.h) with their offsets, ascending. As of the last reset or update.
   void fading(std::span<const FadingVertex> fades, std::vector<std::uint32_t>& vertices,
               std::vector<Vec3f>& offsets) const;
+  /// Render vertices of these visual ones, ascending. As of the last reset or update.
+  void drawn(std::span<const VisualVertex> visual, std::vector<std::uint32_t>& vertices) const;
 
  private:
   struct Arrays {
@@ -55,6 +57,7 @@ class DrawnBody {
   void update_vertices(const Body& body, const SessionChanges& changes);
   void update_triangles(const Body& body, const SessionChanges& changes);
   void update_copies(const Body& body, const SessionChanges& changes);
+  bool add_drawn(std::size_t visual, std::vector<std::uint32_t>& vertices) const;
   void link(RenderVertex r, VisualVertex to);
   void unlink(RenderVertex r);
 

@@ -257,13 +257,15 @@ bool Engine::Impl::find_fixed() {
   for (std::size_t i = 0; i < n; ++i)
     if (session->is_fixed(NodeId(i)) && session->body().hex.active(NodeId(i)))
       fixed.push_back(static_cast<std::uint32_t>(i));
-  if (fixed == fixed_before) return false;
+  held_drawn.swap(held_drawn_before);
+  drawn.drawn(session->held_visual(), held_drawn);
+  if (fixed == fixed_before && held_drawn == held_drawn_before) return false;
   fixed_told = {};
   return true;
 }
 
 protocol::Message Engine::Impl::fixed_now() {
-  return once(fixed_told, [&] { return protocol::encode(protocol::Fixed{body, fixed}); });
+  return once(fixed_told, [&] { return protocol::encode(protocol::Fixed{body, fixed, held_drawn}); });
 }
 
 bool Engine::Impl::weigh() {

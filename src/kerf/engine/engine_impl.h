@@ -192,7 +192,8 @@ struct Engine::Impl {
   std::vector<Vec3> shown_nodes;
   std::vector<Vec3f> nodes, fading_offset;
   std::vector<std::uint32_t> fading;
-  std::vector<std::uint32_t> fixed, fixed_before;  ///< nodes, ascending
+  std::vector<std::uint32_t> fixed, fixed_before;            ///< nodes, ascending
+  std::vector<std::uint32_t> held_drawn, held_drawn_before;  ///< render vertices, ascending
   std::vector<protocol::Grasp> grasps;
   std::vector<std::uint32_t> held;
   DrawnContacts contacts;
@@ -221,7 +222,7 @@ struct Engine::Impl {
   /// The body as it is, or was at a step since it has been cut: a frame with the present nodes follows.
   protocol::Message body_now();
   protocol::Message things_now();
-  bool find_fixed();  ///< brings `fixed` up to date; true when that changed it
+  bool find_fixed();  ///< brings `fixed` and `held_drawn` up to date; true when that changed them
   protocol::Message fixed_now();
   /// Weighs the pieces where they may weigh something else than last time; not in a stroke, which would weigh them anew all the time.
   bool weigh();

@@ -496,12 +496,13 @@ Bytes encode(const Score& m) {
 }
 
 Bytes encode(const Fixed& m) {
-  return Writer(Type::kFixed, 16 + 4 * m.nodes.size())
+  return Writer(Type::kFixed, 16 + 4 * (m.nodes.size() + m.vertices.size()))
       .u32(m.body)
       .size(m.nodes.size())
-      .u32(0)
+      .size(m.vertices.size())
       .u32(0)
       .array(m.nodes)
+      .array(m.vertices)
       .finish();
 }
 

@@ -232,6 +232,8 @@ struct Score {
 struct Fixed {
   std::uint32_t body = 0;
   std::span<const std::uint32_t> nodes;  ///< ascending
+  std::span<const std::uint32_t>
+      vertices;  ///< render vertices in held material whose nodes are not all fixed, ascending
 };
 /// What the pieces weigh, kg.
 struct Masses {

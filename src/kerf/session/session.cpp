@@ -330,6 +330,7 @@ std::vector<Vec3> Session::collision_velocities() const {
 }
 
 std::span<const FadingVertex> Session::fading_visual() const { return impl_->beside_visual(); }
+std::span<const VisualVertex> Session::held_visual() const { return impl_->held_visual(); }
 
 void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals) {
   Impl& s = *impl_;

@@ -253,6 +253,8 @@ class Session {
   [[nodiscard]] std::vector<Vec3> collision_velocities() const;
   /// Visual vertices that are not just where shown_nodes() put them, by vertex; until the next call that changes the session.
   [[nodiscard]] std::span<const FadingVertex> fading_visual() const;
+  /// Visual vertices that supports hold and nodes of their hexahedra do not (held_skin.h), ascending; as long.
+  [[nodiscard]] std::span<const VisualVertex> held_visual() const;
   /// The same for drawing: positions and unit normals of the skin by VisualVertex, in float, fast (the paper's 4.2.5). Allocates only
   /// when the arrays grow. Normals are those of the shown hexahedra, without what fades of single vertices.
   void visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& normals);

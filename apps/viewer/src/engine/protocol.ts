@@ -193,11 +193,12 @@ export interface Masses {
   mass: Float32Array;
   copy: Uint32Array;
 }
-/** Nodes that supports hold, ascending. */
+/** What supports hold: nodes, and render vertices where nodes of the hexahedron move; ascending. */
 export interface Fixed {
   type: 'fixed';
   body: number;
   nodes: Uint32Array;
+  vertices: Uint32Array;
 }
 /** How the operation stands, in scenes with a lesion: m³, shares, metres, N, s. */
 export interface Score {
@@ -836,10 +837,10 @@ export function decodeEngineMessage(buffer: ArrayBuffer): EngineMessage {
       break;
     case MessageType.Fixed: {
       const body = r.u32(),
-        n = r.u32();
+        n = r.u32(),
+        h = r.u32();
       r.u32();
-      r.u32();
-      m = { type: 'fixed', body, nodes: r.u32s(n) };
+      m = { type: 'fixed', body, nodes: r.u32s(n), vertices: r.u32s(h) };
       break;
     }
     case MessageType.Masses:
@@ -1205,9 +1206,10 @@ export function encodeEngineMessage(m: EngineMessage): ArrayBuffer {
         .u32(m.loosePieces)
         .finish();
     case 'fixed':
-      return new Writer(MessageType.Fixed, 16 + sizeOf([m.nodes]))
-        .u32(m.body, m.nodes.length, 0, 0)
+      return new Writer(MessageType.Fixed, 16 + sizeOf([m.nodes, m.vertices]))
+        .u32(m.body, m.nodes.length, m.vertices.length, 0)
         .array(m.nodes)
+        .array(m.vertices)
         .finish();
     case 'masses':
       return new Writer(MessageType.Masses, 16 + sizeOf([m.mass, m.copy]))

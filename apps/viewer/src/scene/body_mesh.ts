@@ -33,8 +33,10 @@ export interface Attributes {
   copy: BufferAttribute;
   offset: BufferAttribute;
   birth: BufferAttribute;
+  mark: BufferAttribute;
 }
 
+const kNone = new Uint32Array(0);
 const kDryStep = kDryAfter / 40; // seconds between pictures that only drying asks for; twice of it is seen to jump
 
 function upload(attribute: BufferAttribute, ranges: Range[], items: number): void {
@@ -83,11 +85,13 @@ export class BodyMesh {
     this.group.visible = false;
   }
 
-  /** Nodes that supports hold; shown while a tool is chosen that fixes or releases. */
-  fixed: Uint32Array = new Uint32Array(0);
+  /** Nodes that supports hold; shown with `held`, vertices that they hold, while a tool is chosen that fixes or releases. */
+  fixed: Uint32Array = kNone;
+  private held: Uint32Array = kNone;
   private fixedShown = false;
-  setFixed(nodes: Uint32Array): void {
+  setFixed(nodes: Uint32Array, vertices: Uint32Array): void {
     this.fixed = nodes;
+    this.held = vertices;
     this.hatch();
   }
   set showFixed(on: boolean) {
@@ -97,7 +101,10 @@ export class BodyMesh {
   }
   private hatch(): void {
     this.cells.marked = this.fixedShown ? new Set(this.fixed) : null;
-    if (this.state) this.follow(this.state);
+    if (!this.state) return;
+    this.state.setMarked(this.fixedShown ? this.held : kNone);
+    if (this.attributes) this.attributes.mark.needsUpdate = true;
+    this.follow(this.state);
   }
 
   /** In lite the CPU finds places and normals; otherwise shaders do. */
@@ -141,7 +148,7 @@ export class BodyMesh {
 
   setBody(state: BodyState): void {
     this.state = state;
-    this.fixed = new Uint32Array(0);
+    this.fixed = this.held = kNone;
     this.cells.marked = null;
     this.lastEffect = null;
     this.lastBirth = -Infinity;
@@ -262,14 +269,16 @@ export class BodyMesh {
       normal = new BufferAttribute(s.normal, 4, true);
     const copy = new BufferAttribute(s.copy, 1),
       offset = new BufferAttribute(s.offset, 3);
-    const birth = new BufferAttribute(s.birth, 1);
-    this.attributes = { rest, normal, copy, offset, birth };
+    const birth = new BufferAttribute(s.birth, 1),
+      mark = new BufferAttribute(s.mark, 1);
+    this.attributes = { rest, normal, copy, offset, birth, mark };
     const geometry = (index: Uint32Array, count: number): BufferGeometry => {
       const g = new BufferGeometry();
       g.setAttribute('position', rest);
       g.setAttribute('normal', normal);
       g.setAttribute('copyId', copy);
       g.setAttribute('kOffset', offset);
+      g.setAttribute('kMark', mark);
       g.setAttribute('kBirth', birth);
       g.boundingSphere = this.bounds;
       if (this.level === 'lite') return g;
@@ -277,7 +286,7 @@ export class BodyMesh {
       g.setDrawRange(0, 3 * count);
       return g;
     };
-    for (const a of [rest, normal, copy, offset, birth]) a.setUsage(DynamicDrawUsage);
+    for (const a of [rest, normal, copy, offset, birth, mark]) a.setUsage(DynamicDrawUsage);
     this.skin.geometry = geometry(s.skin, s.ns);
     this.wall.geometry = geometry(s.wall, s.nw);
     const meshes = [this.skin, this.wall];

@@ -40,6 +40,7 @@ export class BodyState {
   normal: Int16Array;
   copy: Uint32Array;
   offset: Float32Array; // metres beside where the copy puts a vertex: zero but for those in `fading`
+  mark: Float32Array; // 1 for vertices to be hatched
   birth: Float32Array; // seconds of the body's time when a vertex came here by a patch; kAlways: it came with the body
   fading: Uint32Array = new Uint32Array(0);
   skin: Uint32Array;
@@ -66,6 +67,7 @@ export class BodyState {
     this.copy = grown(b.copy, v);
     this.offset = new Float32Array(3 * v);
     this.birth = new Float32Array(v).fill(kAlways);
+    this.mark = new Float32Array(v);
     this.skin = grown(b.skin, 3 * s);
     this.wall = grown(b.wall, 3 * w);
     this.copies = grown(b.copies, 8 * c);
@@ -150,6 +152,12 @@ export class BodyState {
     return changedRanges(changed.sort(), this.nv, this.nv);
   }
 
+  /** Vertices to be hatched, in place of those that were. */
+  setMarked(vertices: Uint32Array): void {
+    this.mark.fill(0);
+    for (const v of vertices) if (v < this.nv) this.mark[v] = 1;
+  }
+
   /** Are these the offsets that are there? */
   private hasFading(f: Fading): boolean {
     return (
@@ -174,6 +182,7 @@ export class BodyState {
       this.normal = grown(this.normal, 4 * v);
       this.copy = grown(this.copy, v);
       this.offset = grown(this.offset, 3 * v);
+      this.mark = grown(this.mark, v);
       this.birth = grown(this.birth, v);
       regrown = true;
     }

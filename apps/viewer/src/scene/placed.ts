@@ -13,10 +13,10 @@ export interface CellTexels {
 const kFrameFloats = 12; // three rows (x, y, z, 1) from metres to cells
 const kOne = 32767; // of a normal's coordinates, in 16 bits
 
-/** Writes the places of vertices to place (4 each: x, y, z in metres, share of marked nodes), as kSkin does in shaders. */
+/** Writes the places of vertices to place (4 each: x, y, z in metres, share of marked nodes or 1 for a marked vertex), as kSkin does in shaders. */
 export function placeVertices(s: BodyState, t: CellTexels, place: Float32Array): void {
   const { pose, frames } = t,
-    { rest, copy, offset } = s;
+    { rest, copy, offset, mark } = s;
   for (let v = 0; v < s.nv; v++) {
     const c = 32 * copy[v]!,
       f = kFrameFloats * pose[c + 19]!,
@@ -45,7 +45,7 @@ export function placeVertices(s: BodyState, t: CellTexels, place: Float32Array):
         pose[p + 28]! * qrw +
         offset[i + k]!;
     }
-    place[o + 3] = pose[c + 15] === 0 ? 0 : markedShare(pose[c + 15]!, q, r, w);
+    place[o + 3] = pose[c + 15] === 0 ? mark[v]! : Math.max(mark[v]!, markedShare(pose[c + 15]!, q, r, w));
   }
 }
 

@@ -227,7 +227,7 @@ void kSkin(vec3 r, vec3 n) {
 }
 `;
 
-/** Declarations for the vertex shader: attributes copyId and kOffset (0 in geometries without it), uniforms, kSkin(rest, normal) -> kPos, kNrm and kMarked (0 to 1, by the copy's nodes); kSkinAs(copy, rest, normal) without offset. */
+/** Declarations for the vertex shader: attributes copyId, kOffset and kMark (0 in geometries without them), uniforms, kSkin(rest, normal) -> kPos, kNrm and kMarked (0 to 1, by the copy's nodes or the vertex's own mark); kSkinAs(copy, rest, normal) by the copy alone. */
 export const kSkinningDeclarations = /* glsl */ `
 uniform highp sampler2D uPose;
 #ifdef KERF_SMOOTH
@@ -236,6 +236,7 @@ uniform highp sampler2D uNormals;
 uniform highp sampler2D uFrames;
 in uint copyId;
 in vec3 kOffset;
+in float kMark;
 vec3 kPos, kNrm;
 float kMarked;
 void kSkinAs(uint copy, vec3 r, vec3 n) {
@@ -278,5 +279,6 @@ void kSkinAs(uint copy, vec3 r, vec3 n) {
 void kSkin(vec3 r, vec3 n) {
   kSkinAs(copyId, r, n);
   kPos += kOffset;
+  kMarked = max(kMarked, kMark);
 }
 `;

@@ -16,7 +16,7 @@ namespace {
 using test::Grid;
 constexpr double kH = 0.005;
 
-/// Every seventh cell is partly filled, and two springs tie nodes of both kinds.
+/// Every seventh cell is partly filled. Two springs tie nodes of both kinds, four those of partly filled cells.
 MechanicsModel large_body() {
   const Grid g{40, 30, 1};
   Material material;
@@ -34,6 +34,10 @@ MechanicsModel large_body() {
   }
   EXPECT_TRUE(model.add_node_pair(g.node(0, 0, 0), g.node(20, 15, 1), 5).ok());
   EXPECT_TRUE(model.add_attachment(g.cell(39, 29, 0), shape_functions({0.2, -0.4, 0.6}), {}, 3).ok());
+  EXPECT_TRUE(model.add_attachment(g.cell(7, 0, 0), shape_functions({0.2, -0.4, 0.6}), {}, 20).ok());
+  EXPECT_TRUE(model.add_attachment(g.cell(35, 0, 0), shape_functions({-0.7, 0.1, 0}), {}, 30).ok());
+  EXPECT_TRUE(model.add_attachment(g.cell(35, 0, 0), shape_functions({1, 1, -0.2}), {}, 40).ok());
+  EXPECT_TRUE(model.add_node_pair(g.node(15, 1, 1), g.node(14, 0, 0), 50).ok());
   return model;
 }
 
@@ -102,6 +106,8 @@ TEST(ElementPass, ProductsInSeveralChunksAreThoseOfTheMatrices) {
   ASSERT_TRUE(step(model, state, options, w).ok());
   const MechanicsModel::Structure& s = model.structure();
   ASSERT_GT(s.full_batches, 2 * s.sum_grain);
+  EXPECT_EQ(s.cell_springs.springs.size(), 4u);
+  EXPECT_EQ(s.cell_springs.rows.size(), 2u);
   // Nodes with several sums, and with sums and slots.
   std::size_t several = 0, mixed = 0;
   for (std::size_t i = 0; i < model.node_count(); ++i) {

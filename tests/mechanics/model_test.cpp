@@ -177,6 +177,56 @@ TEST(MechanicsModel, IncrementalEqualsBuiltAnew) {
   EXPECT_TRUE(a == b);
 }
 
+// Where matrices lie in their pool is no matter: those of six cells are in two batches, however many there were, and a step has the same bits.
+TEST(MechanicsModel, MatricesOfTheirOwnAreGatheredInFewBatches) {
+  const Grid g{6, 4, 1};
+  MechanicsModel crowded = test::make_box(g, kCell, {}), sparse = test::make_box(g, kCell, {});
+  const auto fill = [](std::int32_t e) { return lower_part(0.3 + 0.02 * e); };
+  for (std::int32_t e = 0; e < 24; ++e)
+    ASSERT_TRUE(crowded.set_element(HexId(e), crowded.element(HexId(e)), fill(e)).ok());
+  crowded.refresh();
+  ASSERT_EQ(crowded.structure().batches.size(), 6u);
+  for (std::int32_t e = 0; e < 24; ++e) {
+    if (e % 4 == 1) ASSERT_TRUE(sparse.set_element(HexId(e), sparse.element(HexId(e)), fill(e)).ok());
+    else ASSERT_TRUE(crowded.set_element(HexId(e), crowded.element(HexId(e))).ok());
+  }
+  std::vector<ElementMatrix> before;
+  for (std::int32_t e = 0; e < 24; ++e) before.push_back(crowded.element_stiffness(HexId(e)));
+  crowded.refresh();
+  sparse.refresh();
+  const auto own = [](const MechanicsModel& m) { return m.structure().batches.size() - m.structure().full_batches; };
+  EXPECT_EQ(own(crowded), 2u);
+  EXPECT_EQ(own(sparse), 2u);
+  for (std::int32_t e = 0; e < 24; ++e) {
+    EXPECT_EQ(crowded.element_stiffness(HexId(e)), before[static_cast<std::size_t>(e)]);
+    EXPECT_EQ(crowded.element_stiffness(HexId(e)), sparse.element_stiffness(HexId(e)));
+    EXPECT_EQ(crowded.is_partly_filled(HexId(e)), e % 4 == 1);
+  }
+  const auto moved = [&](MechanicsModel& m, Preconditioner preconditioner, SolverKind solver) {
+    fix_edge(m, g);
+    MechanicsState state = rest_state(m);
+    StepWorkspace w;
+    StepOptions options;
+    options.preconditioner = preconditioner;
+    options.solver = solver;
+    run(m, state, options, w, 5);
+    return state;
+  };
+  for (const Preconditioner p : {Preconditioner::kBlockJacobi, Preconditioner::kTwoLevel})
+    for (const SolverKind k : {SolverKind::kConjugateGradients, SolverKind::kDirect})
+      EXPECT_TRUE(moved(crowded, p, k) == moved(sparse, p, k));
+  // Slots that were left are taken again.
+  for (const std::int32_t e : {0, 2, 3})
+    ASSERT_TRUE(crowded.set_element(HexId(e), crowded.element(HexId(e)), fill(e)).ok());
+  crowded.refresh();
+  EXPECT_EQ(own(crowded), 3u);
+  EXPECT_EQ(crowded.element_stiffness(HexId(3)), [&] {
+    MechanicsModel alone = test::make_box(g, kCell, {});
+    EXPECT_TRUE(alone.set_element(HexId(3), alone.element(HexId(3)), fill(3)).ok());
+    return alone.element_stiffness(HexId(3));
+  }());
+}
+
 TEST(MechanicsModel, TheCoarseSpaceDoesNotReachAcrossASlit) {
   const Grid g{21, 21, 1};
   Material material;

@@ -306,14 +306,15 @@ TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
     command.what = SceneToolMotion{"blade", {{way / speed, blade.position + Vec3{way, 0, 0}, {}}}};
     ASSERT_TRUE(session.apply(command).ok());
     double sum = 0, aside = 0;
-    int felt = 0;
+    int felt = 0, several = 0;
     const int last = steps(session, way / speed);
     for (int i = 0; i < last; ++i) {
       const auto step = session.step();
       ASSERT_TRUE(step.ok());
       const Vec3 force = session.tools()[0].force;
       EXPECT_LT(std::fabs(force.y), 1) << "N, at " << session.tools()[0].place.position.x;
-      EXPECT_LE(step->parts, 2) << "nothing is thrown; at " << session.tools()[0].place.position.x;
+      EXPECT_LE(step->parts, 4) << "nothing is thrown; at " << session.tools()[0].place.position.x;
+      several += step->parts > 2 ? 1 : 0;
       if (i < 0.2 * last) continue;  // then the blade is well in the sheet
       sum -= force.x;
       aside += std::fabs(force.y);
@@ -321,6 +322,7 @@ TEST(EdgeResistance, AScalpelAlongAPlaneOfHexahedraIsNotPushedAside) {
     }
     EXPECT_NEAR(sum / felt, resistance * sheet.z, 0.04 * resistance * sheet.z) << y;
     EXPECT_LT(aside / felt, 2 * resistance * sheet.z) << y;
+    EXPECT_LE(several, 1) << "rounding alone asks one step of 880 for four parts, at y + 1 nm too";
   }
 }
 

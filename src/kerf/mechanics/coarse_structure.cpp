@@ -233,56 +233,57 @@ void add_crossings(const MechanicsModel& model, CoarseStructure& out) {
   for (const ElementCell& cell : model.cells()) modes.push_back(rigid_modes(cell.size, out.length));
   std::vector<ElementMatrix> full;
   for (const WalshHadamardMatrix& k : s.shared) full.push_back(dense(k));
-  for (std::size_t b = 0; b < s.batches.size(); ++b)
-    for (int lane = 0; lane < MechanicsModel::kLanes; ++lane) {
-      const std::int32_t e = s.batches[b].element[lane];
-      if (e < 0) continue;
-      CoarseStructure::Crossing crossing;
-      crossing.batch = static_cast<std::int32_t>(b);
-      crossing.lane = lane;
-      std::array<std::int32_t, 8> place;
-      bool held = false;
-      for (int c = 0; c < 8; ++c) {
-        place[c] = out.place[s.batches[b].node[c][lane]];
-        held = held || place[c] < 0;
-      }
-      std::array<std::int32_t, 8> sorted = place;
-      std::sort(sorted.begin(), sorted.end(), std::greater<>());
-      for (int c = 0; c < 8; ++c)
-        if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1])) crossing.place[crossing.parts++] = sorted[c];
-      if (crossing.parts == 0 || (crossing.parts == 1 && !held)) continue;
-      std::array<unsigned, 8> corners{};
-      for (int p = 0; p < crossing.parts; ++p)
-        for (int c = 0; c < 8; ++c)
-          if (place[c] == crossing.place[p]) corners[p] |= 1u << c;
-      crossing.antisymmetric = crossing.parts == 2 && !held;
-      crossing.target = add_targets(crossing.parts, crossing.place, out);
-      const auto fresh = [&](const ElementMatrix& k) {
-        const auto first = static_cast<std::int32_t>(out.matrices.size());
-        out.matrices.resize(out.matrices.size() +
-                            (crossing.antisymmetric ? 1 : crossing.parts * (crossing.parts + 1) / 2));
-        for (int q = 0; q < crossing.parts; ++q) {
-          const RigidModes force = moved_rigidly(k, modes[s.batches[b].cell], corners[q]);
-          for (int p = 0; p <= q; ++p)  // pair (p, q) by rows of the upper triangle
-            out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] =
-                felt(force, modes[s.batches[b].cell], corners[p]);
-          if (crossing.antisymmetric) break;  // one is enough
-        }
-        return first;
-      };
-      if (s.batches[b].own < 0) {
-        const auto [at, added] = known.try_emplace({s.batches[b].material, corners}, 0);
-        if (added) at->second = fresh(full[s.batches[b].material]);
-        crossing.matrix = at->second;
-      } else {
-        ElementMatrix k;
-        const double* in = model.own_block(s.batches[b].own) + lane;
-        for (int i = 0; i < 24; ++i)
-          for (int j = i; j < 24; ++j, in += MechanicsModel::kLanes) k[24 * i + j] = k[24 * j + i] = *in;
-        crossing.matrix = fresh(k);
-      }
-      out.crossings.push_back(crossing);
+  // By elements, not by batches: no sum may depend on where a matrix lies in the pool.
+  for (const std::int32_t slot : s.element_slot) {
+    if (slot < 0) continue;
+    const std::int32_t b = slot / (8 * MechanicsModel::kLanes);
+    const int lane = slot / 8 % MechanicsModel::kLanes;
+    CoarseStructure::Crossing crossing;
+    crossing.batch = b;
+    crossing.lane = lane;
+    std::array<std::int32_t, 8> place;
+    bool held = false;
+    for (int c = 0; c < 8; ++c) {
+      place[c] = out.place[s.batches[b].node[c][lane]];
+      held = held || place[c] < 0;
     }
+    std::array<std::int32_t, 8> sorted = place;
+    std::sort(sorted.begin(), sorted.end(), std::greater<>());
+    for (int c = 0; c < 8; ++c)
+      if (sorted[c] >= 0 && (c == 0 || sorted[c] != sorted[c - 1])) crossing.place[crossing.parts++] = sorted[c];
+    if (crossing.parts == 0 || (crossing.parts == 1 && !held)) continue;
+    std::array<unsigned, 8> corners{};
+    for (int p = 0; p < crossing.parts; ++p)
+      for (int c = 0; c < 8; ++c)
+        if (place[c] == crossing.place[p]) corners[p] |= 1u << c;
+    crossing.antisymmetric = crossing.parts == 2 && !held;
+    crossing.target = add_targets(crossing.parts, crossing.place, out);
+    const auto fresh = [&](const ElementMatrix& k) {
+      const auto first = static_cast<std::int32_t>(out.matrices.size());
+      out.matrices.resize(out.matrices.size() +
+                          (crossing.antisymmetric ? 1 : crossing.parts * (crossing.parts + 1) / 2));
+      for (int q = 0; q < crossing.parts; ++q) {
+        const RigidModes force = moved_rigidly(k, modes[s.batches[b].cell], corners[q]);
+        for (int p = 0; p <= q; ++p)  // pair (p, q) by rows of the upper triangle
+          out.matrices[first + p * crossing.parts - p * (p - 1) / 2 + q - p] =
+              felt(force, modes[s.batches[b].cell], corners[p]);
+        if (crossing.antisymmetric) break;  // one is enough
+      }
+      return first;
+    };
+    if (s.batches[b].own < 0) {
+      const auto [at, added] = known.try_emplace({s.batches[b].material, corners}, 0);
+      if (added) at->second = fresh(full[s.batches[b].material]);
+      crossing.matrix = at->second;
+    } else {
+      ElementMatrix k;
+      const double* in = model.own_block(s.batches[b].own) + lane;
+      for (int i = 0; i < 24; ++i)
+        for (int j = i; j < 24; ++j, in += MechanicsModel::kLanes) k[24 * i + j] = k[24 * j + i] = *in;
+      crossing.matrix = fresh(k);
+    }
+    out.crossings.push_back(crossing);
+  }
 }
 
 }  // namespace kerf

@@ -69,34 +69,35 @@ Status direct_solve(const MechanicsModel& model, StepWorkspace& w, double dt) {
   };
   for (int i = 0; i < n; ++i)
     for (int a = 0; a < 3; ++a) entries.emplace_back(3 * i + a, 3 * i + a, s.free[i] != 0 ? w.mass_diagonal[i] : 1.0);
-  for (std::size_t batch = 0; batch < s.batches.size(); ++batch)
-    for (int lane = 0; lane < MechanicsModel::kLanes; ++lane) {
-      const std::int32_t e = s.batches[batch].element[lane];
-      if (e < 0) continue;
-      const MechanicsElement& element = model.element(HexId(e));
-      const double damping = model.materials()[element.material].damping_stiffness;
-      const Vec3 h = model.cell(element.material).size;
-      const ElementMatrix k = model.element_stiffness(HexId(e));
-      Eigen::Matrix3d r;
-      for (int i = 0; i < 9; ++i) r(i / 3, i % 3) = w.rotation[9 * batch + i].v[lane];
-      const double scale = dt * dt + dt * damping;
-      // Tension against the spin, which is half the sum of gradient x velocity.
-      const double tension = 0.25 * scale * element.young_scale * w.tension[batch].v[lane];
-      Eigen::Matrix<double, 3, 8> gradient;
-      for (int c = 0; c < 8; ++c)
-        for (int a = 0; a < 3; ++a) gradient(a, c) = corner_sign(c, a) / (4 * h[a]);
-      gradient = (r * gradient).eval();
-      for (int c = 0; c < 8; ++c)
-        for (int d = 0; d < 8; ++d) {
-          Eigen::Matrix3d block;
-          for (int i = 0; i < 9; ++i) block(i / 3, i % 3) = k[24 * (3 * c + i / 3) + 3 * d + i % 3];
-          block = scale * r * block * r.transpose();
-          block += tension * (gradient.col(c).dot(gradient.col(d)) * Eigen::Matrix3d::Identity() -
-                              gradient.col(d) * gradient.col(c).transpose());
-          for (int i = 0; i < 9; ++i)
-            add(element.nodes[c].value, i / 3, element.nodes[d].value, i % 3, block(i / 3, i % 3));
-        }
-    }
+  // By elements, not by batches: no sum may depend on where a matrix lies in the pool.
+  for (std::size_t e = 0; e < s.element_slot.size(); ++e) {
+    if (s.element_slot[e] < 0) continue;
+    const auto slot = static_cast<std::size_t>(s.element_slot[e]) / 8, batch = slot / MechanicsModel::kLanes,
+               lane = slot % MechanicsModel::kLanes;
+    const MechanicsElement& element = model.element(HexId(e));
+    const double damping = model.materials()[element.material].damping_stiffness;
+    const Vec3 h = model.cell(element.material).size;
+    const ElementMatrix k = model.element_stiffness(HexId(e));
+    Eigen::Matrix3d r;
+    for (int i = 0; i < 9; ++i) r(i / 3, i % 3) = w.rotation[9 * batch + i].v[lane];
+    const double scale = dt * dt + dt * damping;
+    // Tension against the spin, which is half the sum of gradient x velocity.
+    const double tension = 0.25 * scale * element.young_scale * w.tension[batch].v[lane];
+    Eigen::Matrix<double, 3, 8> gradient;
+    for (int c = 0; c < 8; ++c)
+      for (int a = 0; a < 3; ++a) gradient(a, c) = corner_sign(c, a) / (4 * h[a]);
+    gradient = (r * gradient).eval();
+    for (int c = 0; c < 8; ++c)
+      for (int d = 0; d < 8; ++d) {
+        Eigen::Matrix3d block;
+        for (int i = 0; i < 9; ++i) block(i / 3, i % 3) = k[24 * (3 * c + i / 3) + 3 * d + i % 3];
+        block = scale * r * block * r.transpose();
+        block += tension * (gradient.col(c).dot(gradient.col(d)) * Eigen::Matrix3d::Identity() -
+                            gradient.col(d) * gradient.col(c).transpose());
+        for (int i = 0; i < 9; ++i)
+          add(element.nodes[c].value, i / 3, element.nodes[d].value, i % 3, block(i / 3, i % 3));
+      }
+  }
   for (std::size_t i = 0; i < s.springs.size(); ++i) {
     const RowSpring& spring = model.springs()[s.springs[i]];
     for (int c = 0; c < 8; ++c)

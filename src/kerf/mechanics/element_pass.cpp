@@ -176,6 +176,11 @@ inline Lanes young_scales(const MechanicsModel& model, const Batch& batch) {
   return s;
 }
 
+const double* own_with_springs(const MechanicsModel& model, const StepWorkspace& w, const Batch& batch) {
+  if (batch.sprung < 0) return model.own_block(batch.own);
+  return w.sprung.data() + MechanicsModel::kOwnBlock * static_cast<std::size_t>(batch.sprung);
+}
+
 /// Natural edges of the cells over those at rest, axis by axis.
 inline void natural_lengths(const MechanicsModel& model, const Batch& batch, Lanes (&out)[3]) {
   for (Lanes& x : out) x = all_lanes(1);
@@ -358,7 +363,7 @@ void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const
     gather(batch, p.data(), u);
     const Lanes tension = load_lanes(w.tension[b].v);
     for (int c = 0; c < 8; ++c) rotate_back(r, u[c]);
-    apply_own(model.own_block(batch.own), u, f);
+    apply_own(own_with_springs(model, w, batch), u, f);
     if (any_of_lanes(tension)) {
       Lanes linear[3][3], back[3][3];
       linear_modes(u, linear);
@@ -416,8 +421,8 @@ void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& w, std::s
       for (int i = 0; i < 6; ++i) d[i] = base[i] + xy[i] - yz[i] - zx[i];  // z mirrored, as x and y together
       write(b, 3, d);
     } else {
-      const double* k = model.own_block(batch.own);
-      const auto packed = [&](int i, int j) { return load_lanes(k + kLanes * (i * 24 - i * (i - 1) / 2 + j - i)); };
+      const double* k = own_with_springs(model, w, batch);
+      const auto packed = [&](int i, int j) { return load_lanes(k + kLanes * packed_place(i, j)); };
       for (int c = 0; c < 8; ++c) {
         const int o = 3 * c;
         const double xy = (c ^ c >> 1) & 1 ? -1 : 1, yz = (c >> 1 ^ c >> 2) & 1 ? -1 : 1, zx = xy * yz;

@@ -23,7 +23,7 @@ int element_force_pass(const MechanicsModel& model, StepWorkspace& workspace, st
 void element_scale_pass(const MechanicsModel& model, StepWorkspace& workspace, double dt, bool weight,
                         std::size_t begin, std::size_t end);
 
-/// slot = (dt^2 + dt b) R K R' p for one search direction. Batches of partly filled cells alone.
+/// slot = (dt^2 + dt b) R K R' p for one search direction, with the springs of CellSprings in K. Batches of partly filled cells alone.
 void element_stiffness_pass(const MechanicsModel& model, StepWorkspace& workspace,
                             const std::vector<StepWorkspace::Quad>& p, std::size_t begin, std::size_t end);
 
@@ -42,7 +42,7 @@ inline Lanes product_of_elements(const MechanicsModel::Structure& s, const StepW
   return sum;
 }
 
-/// 3 x 3 diagonal blocks of the scaled stiffness into diagonal_slot. Full cells write corners 0 to 3 only:
+/// 3 x 3 diagonal blocks of the scaled stiffness, springs of CellSprings included, into diagonal_slot. Full cells write corners 0 to 3 only:
 /// corner 7 - c has the block of corner c.
 void element_diagonal_pass(const MechanicsModel& model, StepWorkspace& workspace, std::size_t begin, std::size_t end);
 

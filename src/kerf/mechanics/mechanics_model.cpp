@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "kerf/mechanics/tolerances.h"
 
 namespace kerf {
 namespace {
 
-constexpr std::size_t kPacked = 300;  // upper triangle of 24 x 24
 constexpr double kAxesTolerance = 1e-9;
 
 Status check_cell(const ElementCell& cell) {
@@ -222,7 +222,7 @@ std::int32_t MechanicsModel::take_own(HexId id, std::int32_t cell) {
     own_cell_.push_back(cell);
     own_element_.resize(own_element_.size() + kLanes, -1);
     own_material_.resize(own_element_.size());
-    own_matrices_.resize(own_matrices_.size() + kPacked * kLanes, 0.0);
+    own_matrices_.resize(own_matrices_.size() + kOwnBlock, 0.0);
     for (int lane = kLanes - 1; lane > 0; --lane) own_empty_[cell].push_back(slot + lane);
   } else {
     own_empty_[cell].pop_back();
@@ -245,7 +245,7 @@ Status MechanicsModel::store_own(HexId id, const MechanicsElement& element, cons
 }
 
 void MechanicsModel::store_matrix(std::int32_t slot, const ElementMatrix& matrix) {
-  double* out = own_matrices_.data() + kPacked * kLanes * (slot / kLanes) + slot % kLanes;
+  double* out = own_matrices_.data() + kOwnBlock * static_cast<std::size_t>(slot / kLanes) + slot % kLanes;
   for (int i = 0; i < 24; ++i)
     for (int j = i; j < 24; ++j, out += kLanes) *out = 0.5 * (matrix[24 * i + j] + matrix[24 * j + i]);
 }
@@ -478,6 +478,47 @@ Status MechanicsModel::validate() const {
   return {};
 }
 
+// Cuts and undos leave cells of their own scattered over the pool, one or two to a batch: moves the last of them to empty slots before them where that
+// makes fewer batches.
+void MechanicsModel::gather_own() {
+  std::vector<std::size_t> slots;  // of one kind of cell
+  for (std::size_t cell = 0; cell < cells_.size(); ++cell) {
+    slots.clear();
+    std::size_t live = 0, batches = 0;
+    for (std::size_t block = 0; block < own_cell_.size(); ++block) {
+      if (own_cell_[block] != static_cast<std::int32_t>(cell)) continue;
+      std::size_t here = 0;
+      for (std::size_t slot = kLanes * block; slot < kLanes * (block + 1); ++slot) {
+        slots.push_back(slot);
+        if (own_element_[slot] >= 0) ++here;
+      }
+      live += here;
+      if (here > 0) ++batches;
+    }
+    if (kLanes * batches < live + kLanes) continue;
+    for (std::size_t to = 0, from = slots.size(); to < live; ++to) {
+      if (own_element_[slots[to]] >= 0) continue;
+      while (own_element_[slots[from - 1]] < 0) --from;
+      move_own(slots[from - 1], slots[to]);
+    }
+    own_empty_[cell].clear();
+    for (std::size_t i = slots.size(); i > live; --i)
+      own_empty_[cell].push_back(static_cast<std::int32_t>(slots[i - 1]));
+  }
+}
+
+void MechanicsModel::move_own(std::size_t from, std::size_t to) {
+  const auto start = [&](std::size_t slot) {
+    return own_matrices_.data() + kOwnBlock * (slot / kLanes) + slot % kLanes;
+  };
+  const double* in = start(from);
+  double* out = start(to);
+  for (std::size_t i = 0; i < kPacked; ++i) out[kLanes * i] = in[kLanes * i];
+  own_material_[to] = own_material_[from];
+  own_element_[to] = std::exchange(own_element_[from], -1);
+  own_slot_[static_cast<std::size_t>(own_element_[to])] = static_cast<std::int32_t>(to);
+}
+
 void MechanicsModel::refresh_sums() {
   Structure& s = structure_;
   const std::size_t n = node_count();
@@ -513,14 +554,18 @@ void MechanicsModel::refresh_sums() {
         to = ~sum;
       }
   }
+  const std::size_t bonds = s.element_slots + 8 * s.springs.size();
   s.more_begin.assign(n + 1, 0);
   const auto for_each_more = [&](auto&& f) {
     for (std::size_t i = 0; i < node_of_more.size(); ++i)
       if (node_of_more[i] >= 0) f(node_of_more[i], static_cast<std::int32_t>(n + i));
     for (std::size_t i = 0; i < n; ++i)
-      for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k)
-        if (s.slots[k] >= static_cast<std::int32_t>(32 * s.full_batches))
-          f(static_cast<std::int32_t>(i), static_cast<std::int32_t>(s.sums) + s.slots[k]);
+      for (std::int32_t k = s.slot_begin[i]; k < s.slot_begin[i + 1]; ++k) {
+        const auto slot = static_cast<std::size_t>(s.slots[k]);
+        if (slot >= 32 * s.full_batches &&
+            (slot < s.element_slots || slot >= bonds || s.cell_springs.is_row[(slot - s.element_slots) / 8] != 0))
+          f(static_cast<std::int32_t>(i), static_cast<std::int32_t>(s.sums + slot));
+      }
   };
   for_each_more([&](std::int32_t node, std::int32_t) { ++s.more_begin[node + 1]; });
   for (std::size_t i = 0; i < n; ++i) s.more_begin[i + 1] += s.more_begin[i];
@@ -537,6 +582,7 @@ void MechanicsModel::refresh() {
   Structure& s = structure_;
   const std::size_t n = node_count();
 
+  gather_own();
   for (std::size_t slot = 0; slot < own_element_.size(); ++slot) {
     if (own_element_[slot] < 0 || !own_material_[slot].pending) continue;
     own_material_[slot].pending = false;
@@ -623,6 +669,9 @@ void MechanicsModel::refresh() {
   for (std::size_t i = n; i > 0; --i) s.slot_begin[i] = s.slot_begin[i - 1];
   if (n > 0) s.slot_begin[0] = 0;
 
+  place_springs_in_cells(*this, s.cell_springs);
+  for (std::size_t i = 0; i < s.cell_springs.batches.size(); ++i)
+    s.batches[static_cast<std::size_t>(s.cell_springs.batches[i])].sprung = static_cast<std::int32_t>(i);
   refresh_sums();
 
   s.mass.assign(n, 0);

@@ -16,6 +16,7 @@
 #include "kerf/base/result.h"
 #include "kerf/base/vec.h"
 #include "kerf/mechanics/bonds.h"
+#include "kerf/mechanics/cell_springs.h"
 #include "kerf/mechanics/coarse_structure.h"
 #include "kerf/mechanics/element.h"
 #include "kerf/mechanics/element_wht.h"
@@ -65,6 +66,10 @@ struct SpringReceipt {
 
 /// Attachments, grasps and glue are capped at this many times E h per point.
 inline constexpr double kSpringCap = 10;
+
+/// Where a symmetric matrix of an element keeps row i, column j >= i: its upper triangle by rows.
+constexpr int packed_place(int i, int j) { return i * 24 - i * (i - 1) / 2 + j - i; }
+inline constexpr std::size_t kPacked = 300;
 
 class MechanicsModel {
  public:
@@ -189,6 +194,7 @@ class MechanicsModel {
     std::array<std::array<std::int32_t, kLanes>, 8> node{};    ///< [corner][lane]; idle lanes repeat a live one
     std::int32_t material = -1;                                ///< of a batch of full cells
     std::int32_t own = -1;                                     ///< block in the pool of own matrices
+    std::int32_t sprung = -1;                                  ///< place among cell_springs.batches, if it is there
     std::int32_t cell = 0;                                     ///< of cells()
   };
   struct Structure {
@@ -202,7 +208,8 @@ class MechanicsModel {
     std::vector<std::array<std::array<std::int32_t, kLanes>, 8>> sum_of;
     std::size_t sum_grain = 1, sums = 0;
     std::vector<std::uint8_t> summed;  ///< per node: is anything added to its own sum?
-    /// Per node: its other sums, then its slots that no full cell has, with `sums` added.
+    CellSprings cell_springs;
+    /// Per node: its other sums, then its slots of partly filled cells, of springs that are rows and of bonds, with `sums` added.
     std::vector<std::int32_t> more_begin, more;
     std::vector<double> mass, damping_mass;   ///< per node: kg, kg/s (sum of a m)
     std::vector<double> free;                 ///< per node: 1 moves, 0 is held or unused
@@ -225,8 +232,11 @@ class MechanicsModel {
   /// The same for the matrix put together (node_matrix.h).
   void refresh_node_matrix();
   [[nodiscard]] const NodeMatrixStructure& node_matrix() const { return node_matrix_; }
-  /// Upper triangle by rows, [300][4 lanes], of one pool block.
-  [[nodiscard]] const double* own_block(std::int32_t block) const { return own_matrices_.data() + 1200 * block; }
+  /// One pool block: [packed_place][4 lanes].
+  static constexpr std::size_t kOwnBlock = kPacked * kLanes;
+  [[nodiscard]] const double* own_block(std::int32_t block) const {
+    return own_matrices_.data() + kOwnBlock * static_cast<std::size_t>(block);
+  }
   [[nodiscard]] std::span<const RowSpring> springs() const { return springs_; }
   [[nodiscard]] std::span<const Vec3> loads() const { return loads_; }
   [[nodiscard]] std::span<const Vec3> prescribed_velocities() const { return prescribed_; }
@@ -237,6 +247,8 @@ class MechanicsModel {
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);
   void count_uses(HexId id, std::int32_t by);
   void refresh_sums();
+  void gather_own();
+  void move_own(std::size_t from, std::size_t to);
   [[nodiscard]] ElementMatrix pending_matrix(std::int32_t slot) const;
   void store_matrix(std::int32_t slot, const ElementMatrix& matrix);
   void release_own(HexId id);

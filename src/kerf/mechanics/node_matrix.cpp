@@ -14,7 +14,6 @@ constexpr int kLanes = NodeMatrixStructure::kLanes;
 static_assert(kLanes == MechanicsModel::kLanes);
 
 /// Where row i of the packed upper triangle of a 24 x 24 matrix has its column j >= i.
-constexpr int packed(int i, int j) { return i * 24 - i * (i - 1) / 2 + j - i; }
 
 using Four = float __attribute__((vector_size(16)));
 using Eight = float __attribute__((vector_size(32)));
@@ -137,7 +136,7 @@ void node_matrix_structure(const MechanicsModel& model, NodeMatrixStructure& out
     const ElementMatrix k = dense(s.shared[m]);
     for (int i = 0; i < 24; ++i)
       for (int j = i; j < 24; ++j) {
-        const int from = 24 * i + j, to = packed(i, j);
+        const int from = 24 * i + j, to = packed_place(i, j);
         out.full[m][static_cast<std::size_t>(to)] = k[static_cast<std::size_t>(from)];
       }
   }
@@ -170,7 +169,7 @@ void assemble_node_matrix(const MechanicsModel& model, StepWorkspace& w) {
     const bool taut = tension[0] != 0 || tension[1] != 0 || tension[2] != 0 || tension[3] != 0;
     const std::int32_t* target = structure.target.data() + 2 * kCornerPairs * kLanes * f;
     const auto at = [&](int i, int j) {
-      const int p = packed(i, j);
+      const int p = packed_place(i, j);
       return Lanes{number[0][p * stride[0]], number[1][p * stride[1]], number[2][p * stride[2]],
                    number[3][p * stride[3]]};
     };

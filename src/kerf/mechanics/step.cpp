@@ -108,9 +108,11 @@ void spring_force_pass(const MechanicsModel& model, StepWorkspace& w, double dt)
   }
 }
 
+// Of springs that are rows.
 void spring_stiffness_pass(const MechanicsModel& model, StepWorkspace& w, const std::vector<Quad>& p) {
   const Structure& s = model.structure();
-  for (std::size_t i = 0; i < s.springs.size(); ++i) {
+  for (const std::int32_t row : s.cell_springs.rows) {
+    const auto i = static_cast<std::size_t>(row);
     const RowSpring& spring = model.springs()[s.springs[i]];
     Lanes at = all_lanes(0);
     for (int k = 0; k < 8; ++k)
@@ -162,6 +164,7 @@ void diagonal_pass(const MechanicsModel& model, StepWorkspace& w, const StepOpti
           first += Lanes{x, x, x, 0};
         } else {
           const std::size_t spring = (slot - s.element_slots) / 8;
+          if (s.cell_springs.is_row[spring] == 0) continue;  // its cell's block has it
           const double weight = model.springs()[s.springs[spring]].weights[slot & 7];
           const double x = w.spring_scale[spring] * weight * weight;
           first += Lanes{x, x, x, 0};
@@ -870,6 +873,7 @@ Result<StepReport> attempted(MechanicsModel& model, MechanicsState& state, const
   right_side_pass(model, w, o);
   report.seconds_forces = seconds_since(start);
   const Clock::time_point setup = Clock::now();
+  add_springs_to_cells(model, w, o.dt);
   diagonal_pass(model, w, o);
   report.seconds_setup = seconds_since(setup);
   const Clock::time_point solve = Clock::now();

@@ -101,6 +101,7 @@ struct StepWorkspace {
   std::vector<Quad>
       tension;  // per batch: volume times stress against turns, then what the matrix has of it over the scale's square
   std::vector<double> spring_scale;    // dt^2 k + dt c, per live spring
+  std::vector<double> sprung;          // matrices with springs in them (cell_springs.h)
   std::vector<Quad> partial;           // per chunk of nodes
   std::vector<double> cell_mass;       // per cell of the model
   std::vector<std::int32_t> inverted;  // per chunk of batches

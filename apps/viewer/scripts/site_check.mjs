@@ -1,22 +1,25 @@
-// Uses build/site as a visitor would, served by a plain static server, in Debian's Chromium:
-//   scripts/site && node scripts/site_check.mjs [--site FOLDER] [--scene NAME]... [--picture FILE]
+// Uses build/site as a visitor would, served by a plain static server, in Debian's Chromium; or a page of scripts/share, from the disk:
+//   scripts/site && node scripts/site_check.mjs [--site FOLDER] [--scene NAME]... [--file PAGE] [--picture FILE]
 // Exit status 1: something failed; it says what. Times are said, not judged.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
 import { createServer } from 'node:net';
-import { fileURLToPath } from 'node:url';
+import { basename } from 'node:path';
+import { fileURLToPath, pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
 import { drag, withPage } from './page.mjs';
 
 const { values: options } = parseArgs({
   options: {
     site: { type: 'string', default: fileURLToPath(new URL('../../../build/site', import.meta.url)) },
-    scene: { type: 'string', multiple: true, default: ['steak'] },
+    scene: { type: 'string', multiple: true },
+    file: { type: 'string' },
     picture: { type: 'string' },
     size: { type: 'string', default: '800x560' },
   },
 });
 const [width, height] = options.size.split('x').map(Number);
+const scenes = options.scene ?? (options.file ? [] : ['steak']);
 
 const port = await new Promise((found) => {
   const probe = createServer().listen(0, '127.0.0.1', () => {
@@ -38,8 +41,10 @@ for (let i = 0; i < 100; i++) {
     break;
   await new Promise((r) => setTimeout(r, 100));
 }
+const pages = scenes.map((scene) => [scene, `${url}?scene=${scene}&quality=lite`]);
+if (options.file) pages.push([basename(options.file, '.html'), `${pathToFileURL(options.file)}?quality=lite`]);
 let failed = 0;
-for (const scene of options.scene) {
+for (const [scene, address] of pages) {
   const errors = [];
   try {
     await withPage({ url, viewport: { width, height } }, async (page) => {
@@ -49,7 +54,7 @@ for (const scene of options.scene) {
       page.on('pageerror', (e) => errors.push(e.message));
       const state = () => page.evaluate(() => window.kerf.state());
       const began = performance.now();
-      await page.goto(`${url}?scene=${scene}&quality=lite`);
+      await page.goto(address);
       await page.waitForFunction(() => window.kerf?.state().ready, null, { timeout: 120000 });
       const there = performance.now() - began;
       await page.waitForFunction(() => window.kerf.state().frames > 5, null, { timeout: 120000 });

@@ -586,7 +586,7 @@ await check('forceps stay at what they hold: a piece that is lifted, and nothing
   await page.mouse.up();
   await page.keyboard.up('Shift');
   // Beside the body the hand closes on nothing, whatever else is held.
-  const beside = await page.evaluate(() => window.kerf.pickPoint(0.12, -0.1, -0.01));
+  const beside = await page.evaluate(() => { document.getElementById('hint').hidden = true; return window.kerf.pickPoint(0.12, -0.1, -0.01); });
   await page.mouse.move(...beside);
   await tipAt(beside);
   await page.mouse.down();

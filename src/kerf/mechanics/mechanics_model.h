@@ -67,7 +67,7 @@ struct SpringReceipt {
 /// Attachments, grasps and glue are capped at this many times E h per point.
 inline constexpr double kSpringCap = 10;
 
-/// Where a symmetric matrix of an element keeps row i, column j >= i: its upper triangle by rows.
+/// Where a symmetric matrix of an element keeps row i, column j >= i: its upper triangle by rows, kPacked numbers.
 constexpr int packed_place(int i, int j) { return i * 24 - i * (i - 1) / 2 + j - i; }
 inline constexpr std::size_t kPacked = 300;
 

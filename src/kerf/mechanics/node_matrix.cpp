@@ -13,8 +13,6 @@ using Structure = MechanicsModel::Structure;
 constexpr int kLanes = NodeMatrixStructure::kLanes;
 static_assert(kLanes == MechanicsModel::kLanes);
 
-/// Where row i of the packed upper triangle of a 24 x 24 matrix has its column j >= i.
-
 using Four = float __attribute__((vector_size(16)));
 using Eight = float __attribute__((vector_size(32)));
 

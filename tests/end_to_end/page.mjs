@@ -5,8 +5,10 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { check as checkOn, difference, drag, finish, line, openPage, out, rest, sceneShows, squareFile, startServer, state, stopServer, until, viewer } from './browser.mjs';
 
-/** Each check begins with the steak, whatever became of the one before. */
+/** Each check begins with the steak in a window of this size, whatever became of the one before. */
+const kWindow = { width: 900, height: 640 };
 const check = (name, use) => checkOn(name, () => page, async () => {
+  await page.setViewportSize(kWindow);
   const { scene: shownNow, connection } = await state(page);
   if (connection === 'live' && shownNow !== 'steak') await scene('steak');
   await use();
@@ -586,7 +588,8 @@ await check('forceps stay at what they hold: a piece that is lifted, and nothing
   await page.mouse.up();
   await page.keyboard.up('Shift');
   // Beside the body the hand closes on nothing, whatever else is held.
-  const beside = await page.evaluate(() => { document.getElementById('hint').hidden = true; return window.kerf.pickPoint(0.12, -0.1, -0.01); });
+  const beside = await page.evaluate(() => { document.getElementById('hint').hidden = true; return window.kerf.pickPoint(0.09, -0.1, -0.01); });
+  assert.ok(beside.every((x, k) => x > 0 && x + 20 < Object.values(kWindow)[k]), `${beside} lies in the window`);
   await page.mouse.move(...beside);
   await tipAt(beside);
   await page.mouse.down();

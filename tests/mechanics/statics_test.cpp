@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "kerf/mechanics/rotation.h"
+#include "kerf/base/rotation.h"
 #include "kerf/mechanics/step.h"
 #include "mechanics/test_bodies.h"
 

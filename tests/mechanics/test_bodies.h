@@ -15,6 +15,8 @@
 #include "kerf/mechanics/mechanics_model.h"
 #include "kerf/mechanics/step.h"
 
+#include "support/rotation_about.h"
+
 namespace kerf::test {
 
 struct Grid {
@@ -94,14 +96,6 @@ inline std::vector<Vec3> product_by_cells(const MechanicsModel& model, StepWorks
   return out;
 }
 
-inline Mat3 rotation_about(Vec3 axis, double angle) {
-  const Vec3 k = normalized(axis);
-  Mat3 r;
-  for (int j = 0; j < 3; ++j) {
-    const Vec3 e = Mat3{}.c[j];
-    r.c[j] = std::cos(angle) * e + std::sin(angle) * cross(k, e) + (1 - std::cos(angle)) * dot(k, e) * k;
-  }
-  return r;
-}
+using testing_support::rotation_about;
 
 }  // namespace kerf::test

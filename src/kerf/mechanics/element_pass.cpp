@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "kerf/base/lanes.h"
-#include "kerf/mechanics/rotation.h"
+#include "kerf/base/rotation.h"
 #include "kerf/mechanics/tolerances.h"
 
 namespace kerf {

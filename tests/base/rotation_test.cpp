@@ -1,10 +1,12 @@
-#include "kerf/mechanics/rotation.h"
+#include "kerf/base/rotation.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
-#include "mechanics/test_bodies.h"
+#include "kerf/base/random.h"
+
+#include "support/rotation_about.h"
 
 namespace kerf::rotation_test {
 namespace {
@@ -33,8 +35,8 @@ TEST(Rotation, ConvergesToTheFactorOfTheSvd) {
   for (int round = 0; round < 500; ++round) {
     Eigen::Matrix3d f;
     for (int i = 0; i < 9; ++i) f(i / 3, i % 3) = (i % 4 == 0 ? 1 : 0) + random.uniform(-0.35, 0.35);
-    const Mat3 turn = test::rotation_about({random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)},
-                                           random.uniform(0, 3));
+    const Mat3 turn = testing_support::rotation_about(
+        {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)}, random.uniform(0, 3));
     f = eigen(turn) * f;
     if (f.determinant() < 0.1) continue;
     const Mat3 r = followed_rotation(mat3(f), {}, 20);  // cold start
@@ -49,7 +51,7 @@ TEST(Rotation, TwoIterationsFollowASmallTurn) {
       const Vec3 axis{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
       Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();
       for (int i = 0; i < 3; ++i) stretch(i, i) = random.uniform(0.8, 1.3);
-      const Mat3 turn = test::rotation_about(axis, angle);
+      const Mat3 turn = testing_support::rotation_about(axis, angle);
       const Mat3 r = followed_rotation(mat3(eigen(turn) * stretch), {});
       EXPECT_LT((eigen(r) - eigen(turn)).norm(), tolerance);
     }
@@ -74,7 +76,7 @@ TEST(Rotation, FourLanesGiveTheBitsOfOne) {
   double f[4][3][3], r[4][3][3];
   Lanes fl[3][3], rl[3][3];
   for (int lane = 0; lane < 4; ++lane) {
-    const Mat3 start = test::rotation_about({1, lane + 0.5, -1}, 0.7 * lane);
+    const Mat3 start = testing_support::rotation_about({1, lane + 0.5, -1}, 0.7 * lane);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         f[lane][i][j] = random.uniform(-1, 1);

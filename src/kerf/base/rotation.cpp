@@ -1,4 +1,4 @@
-#include "kerf/mechanics/rotation.h"
+#include "kerf/base/rotation.h"
 
 namespace kerf {
 

@@ -56,7 +56,7 @@ struct Bench {
     const Vec3 up{0, 0, body.mean_root_edge};
     return {p + up, p - up};
   }
-  SweepTarget target() { return {body, position, boxes, scratch, options, {}}; }
+  SweepTarget target() { return {body, position, boxes, scratch, options}; }
   void roll_back(const JournalMark& mark) {
     journal_rollback(body, mark);
     position.resize(body.collision.vertex_count());

@@ -42,7 +42,7 @@ inline PolylineCut cut_polyline(CellComplex& body, std::span<const Vec3> points,
                                 CutScratch& scratch) {
   std::vector<Vec3> position = body.collision.rest.raw();
   FaceBoxes boxes;
-  SweepTarget target{body, position, boxes, scratch, options, {}};
+  SweepTarget target{body, position, boxes, scratch, options};
   BladeStroke stroke;
   SweepReport report;
   const double edge = body.mean_root_edge;

@@ -16,7 +16,8 @@ SweepReport move_blade(Bench& bench, const BladeEdge& edge) {
     stroke.provisional = false;
   }
   bench.posed.resize(std::min(bench.posed.size(), bench.body.collision.vertex_count()));
-  SweepTarget target{bench.body, bench.position, bench.boxes, bench.scratch, bench.options, bench.posed};
+  SweepTarget target{bench.body,    bench.position, bench.boxes,
+                     bench.scratch, bench.options,  bench.posed.empty() ? nullptr : &bench.posed};
   SweepReport report = lead_blade(stroke, edge, target);
   journal_mark(bench.body, stroke.mark);
   report += make_ends(stroke, target);

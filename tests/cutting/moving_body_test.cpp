@@ -162,12 +162,11 @@ void expect_parted(int kind_of_motion, const Budget& budget, bool edge_is_carrie
     for (const Stroke& s : strokes) body.cut_at_rest(s, motion, poses);
     const Status valid = validate_complex(body.body, body.start);
     ASSERT_TRUE(valid.ok()) << valid.error().message << text_of(strokes);
-    const double beside = edge_is_carried ? 0 : body.carried;
-    const StrokeJudge judge{0.12 * edge + beside, 0.9 * body.options.minimum_feature * edge};
+    const StrokeJudge judge{0.12 * edge, 0.9 * body.options.minimum_feature * edge};
     const auto verdict = judge.judge(body, strokes);
     const auto deviation = StrokeJudge::deviation(body, strokes);
     const bool is_off = std::max(deviation.stray, deviation.missed) >
-                        (body.options.path_tolerance + body.options.minimum_feature) * edge + beside;
+                        (body.options.path_tolerance + body.options.minimum_feature) * edge;
     ++count;
     bridged += verdict.bridges > 0;
     severed += verdict.severed > 0;
@@ -194,9 +193,13 @@ class MovingBodyOracle : public ::testing::TestWithParam<int> {};
 
 // Pieces and walls are those of the strokes, however far the body moves between two poses.
 TEST_P(MovingBodyOracle, IsPartedAsIfItKeptStill) { expect_parted(GetParam(), Budget(5), true, 0.6, {1, 4, 40}); }
-// A caller that does not carry the edge along has cuts beside their place where they begin and come out of a lip, by as much as the body moves in one pose.
-TEST_P(MovingBodyOracle, IsCutNoFartherOffThanItIsCarriedInOnePose) {
+// The same for a caller that does not carry the edge along.
+TEST_P(MovingBodyOracle, IsPartedTheSameIfNobodyCarriesTheEdgeAlong) {
   expect_parted(GetParam(), Budget(3), false, 0.1, {40});
+}
+
+TEST_P(MovingBodyOracle, IsPartedHoweverFarItMovesInOnePose) {
+  expect_parted(GetParam(), Budget(5, 200), false, 0.6, {1});
 }
 
 // A drawn curve turned back on itself, and triangles of a path that had been taken back were divided in place of its own.
@@ -347,8 +350,7 @@ void expect_walls_where_the_blade_was(std::string_view model, MotionKind kind, i
     // Walls stand upright on the mid-surface, however the blade leans in the body; triangles are flat where the body bends.
     const double lean = kind == MotionKind::kSwing ? 0.5 * thickness * std::tan(motion.amount) : 0,
                  flat = kind == MotionKind::kSway ? 0.05 * edge : 0;
-    const double most = (b.options.path_tolerance + b.options.minimum_feature + 0.04) * edge + lean + flat + bent +
-                        (b.edge_is_carried ? 0 : b.carried);
+    const double most = (b.options.path_tolerance + b.options.minimum_feature + 0.04) * edge + lean + flat + bent;
     const TriangleSoup walls = walls_of(b.body);
     const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge),
                         missed = missed_of(swept, walls, skin, 0.15 * edge);

@@ -67,6 +67,7 @@ class Moving {
       add_met(p, at_rest);
       const Status moved = session_.move_blade({p.x, p.y, kReach}, {p.x, p.y, -kReach});
       ASSERT_TRUE(moved.ok()) << moved.error().message;
+      before_ = session_.collision_positions();
     };
     pose(path[0]);
     for (std::size_t k = 0; k + 1 < path.size(); ++k)
@@ -93,12 +94,12 @@ class Moving {
     EXPECT_EQ(session_.strokes().back().refused, 0) << what;
   }
 
-  /// The place at rest that lies at a place of the world, and the other way round: of the nearest triangle, whose plane goes on beyond its sides.
-  [[nodiscard]] Vec2 to_rest(Vec2 p) {
-    return follow(p, session_.collision_positions(), session_.body().complex.collision.rest.raw());
-  }
-  [[nodiscard]] Vec2 to_world(Vec2 p) {
-    return follow(p, session_.body().complex.collision.rest.raw(), session_.collision_positions());
+  /// The place at rest that lies at a place of the world at a time, 0 at the last pose, 1 now, if vertices go straight: of the nearest triangle, whose plane goes on
+  /// beyond its sides.
+  [[nodiscard]] Vec2 to_rest(Vec2 p, double time) {
+    std::vector<Vec3> at = session_.collision_positions();
+    for (std::size_t v = 0; v < before_.size(); ++v) at[v] = lerp(before_[v], at[v], time);
+    return follow(p, at, session_.body().complex.collision.rest.raw());
   }
 
  private:
@@ -129,6 +130,7 @@ class Moving {
   }
 
   Session session_;
+  std::vector<Vec3> before_;  // where vertices were at the last pose
   StrokeBody judged_;
   std::vector<Stroke> strokes_;
 };
@@ -167,11 +169,13 @@ TEST(MovingBlade, CutsABodyThatSwingsWhereItWasInIt) {
                       {random.uniform(-0.3, 0.3), random.uniform(-0.1, 0.1)},
                       {random.uniform(-0.3, 0.3), 0.3}};
     const int poses[] = {2, 5, 10}, between = 20 / poses[i % 3];
-    // Straight in the body as it is at the end.
+    Vec2 was;
     body.cut(path, poses[i % 3], between, [&](Vec2 p, Stroke& at_rest) {
-      const Vec2 was = at_rest.empty() ? p : body.to_world(at_rest.back());
-      for (int k = at_rest.empty() ? kParts : 1; k <= kParts; ++k)
-        at_rest.push_back(body.to_rest(lerp(was, p, static_cast<double>(k) / kParts)));
+      for (int k = at_rest.empty() ? kParts : 1; k <= kParts; ++k) {
+        const double time = static_cast<double>(k) / kParts;
+        at_rest.push_back(body.to_rest(lerp(was, p, time), time));
+      }
+      was = p;
     });
     body.expect_cut(kGivesWay, "set " + std::to_string(i));
   }

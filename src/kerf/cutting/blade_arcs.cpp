@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <utility>
 
 #include "kerf/base/at.h"
-#include "kerf/cutting/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -14,376 +15,329 @@ using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 using Kind = ArcEnd::Kind;
+using Weights = std::array<double, 3>;
 
-constexpr Kind kLines[4] = {Kind::kWas, Kind::kIs, Kind::kBase, Kind::kTip};
+/// Does a segment cross the ray from the origin to +x? 1: upwards, -1: downwards, the reverse of each other. A point on the ray's line counts as below it, a
+/// segment through the origin as to the left: as if the origin were a little above and to the right of itself.
+int crosses_ray(Vec2 p, Vec2 q) {
+  if ((p.y > 0) == (q.y > 0)) return 0;
+  return q.y > 0 ? (cross(p, q) > 0 ? 1 : 0) : (cross(p, q) < 0 ? -1 : 0);
+}
 
-/// What one face has of an arc: part of the segment between the edges at which the plane crosses the face. Above is on its left.
+/// The roots of a + b s + c s^2, by falling stability; HUGE_VAL for what is none.
+std::array<double, 2> roots(double a, double b, double c) {
+  const double square = std::sqrt(std::max(0.0, b * b - 4 * a * c)), far = -0.5 * (b + (b > 0 ? square : -square));
+  return {far != 0 ? a / far : HUGE_VAL, c != 0 ? far / c : HUGE_VAL};
+}
+
+/// A vertex beside the blade's line.
+struct Passing {
+  Vec2 was, turned, is;
+  double depth_was = 0, depth_is = 0;
+  int crosses = 0;  // the ray, on the way from `was` by `turned` to `is`
+  [[nodiscard]] Vec2 across(double t) const { return lerp(turned, is, t); }
+  [[nodiscard]] double depth(double t) const { return depth_was + t * (depth_is - depth_was); }
+};
+
+/// Where an arc comes into a face, or leaves it.
+struct Gate {
+  Kind kind = Kind::kBorder;  // kBorder: over an edge, be it a border or not
+  H edge;
+  double fraction = 0;  // along `edge`
+  double time = 0, depth = 0;
+  Weights weights{};
+};
+/// Part of an arc within a face.
 struct Piece {
   F face;
-  H in, out;
-  double in_fraction = 0, out_fraction = 0;
-  Vec2 q0, q1;
-  bool along = false;                               // the face lies along the edge
-  double from = 0, to = 1;                          // part of the segment
-  Kind begin = Kind::kBorder, end = Kind::kBorder;  // kBorder: at the edge, be it a border or not
+  Gate begin, end;
   int next = -1, before = -1;
 };
 
 class Search {
  public:
-  Search(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes, const Strip& strip)
-      : mesh_(mesh), position_(position), boxes_(boxes), strip_(strip) {}
+  Search(const CollisionMesh& mesh, const MovedMaterial& material, const BladeMove& move)
+      : mesh_(mesh), material_(material), move_(move) {}
 
-  std::vector<BladeArc> run(std::span<const ArcFront> fronts, double near, bool ahead_only) {
-    if (!ahead_only) for_each_near([&](F face) { add(face); });
-    for (const ArcFront& f : fronts)
-      if (find(f.face) < 0) add_sorted({f.face});
+  std::vector<BladeArc> run(const FaceBoxes& boxes, std::span<const MovingFront> fronts, double near) {
+    const PassedBoxes passed(move_, material_.farthest());
+    boxes.for_each([&](const Box3& box) { return passed.may_pass(box); }, [&](F f) { add(f); });
     link();
     used_.assign(pieces_.size(), false);
     std::vector<BladeArc> arcs;
     take_fronts(fronts, near, arcs);
     for (const bool closed : {false, true})
       for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
-        if (!used_[at(i)] && (closed || pieces_[at(i)].before < 0)) take_arc(i, closed, arcs);
+        if (!used_[at(i)] && (closed || pieces_[at(i)].before < 0)) take(i, closed, arcs);
     return arcs;
   }
 
  private:
-  int beside(int piece, bool onward) const { return onward ? pieces_[at(piece)].next : pieces_[at(piece)].before; }
+  V corner(F f, int k) const { return mesh_.from(CollisionMesh::corner(f, k)); }
+  Passing passing(V v) const {
+    const Vec3 was = material_.before[v.index()], is = material_.now[v.index()];
+    Passing p{move_.was.across(was), {}, move_.is.across(is), move_.was.depth(was), move_.is.depth(is)};
+    p.turned = move_.turn(p.was);
+    p.crosses = crosses_ray(p.was, p.turned) + crosses_ray(p.turned, p.is);
+    return p;
+  }
+  double length(double t) const { return move_.was.length + t * (move_.is.length - move_.was.length); }
+  bool in_blade(const Gate& g) const { return g.depth >= 0 && g.depth <= length(g.time); }
 
-  /// What lies ahead of each front, up to the next one on the same arc.
-  void take_fronts(std::span<const ArcFront> fronts, double near, std::vector<BladeArc>& arcs) {
-    std::vector<int> piece_of, front_of(pieces_.size(), -1);
-    std::vector<bool> onward;
-    for (int i = 0; i < static_cast<int>(fronts.size()); ++i) {
-      piece_of.push_back(piece_at(fronts[at(i)], near));
-      onward.push_back(piece_of.back() >= 0 && goes_onward(piece_of.back(), fronts[at(i)]));
-      if (piece_of.back() >= 0) front_of[at(piece_of.back())] = i;
+  // ---- through one face
+
+  /// Where the blade crosses an edge that it crosses once: the same bits for both faces.
+  Gate on_edge(H h) const {
+    const bool turned = mesh_.to(h) < mesh_.from(h);
+    const Passing &from = corners_[at(h.value % 3)], &to = corners_[at((h.value + 1) % 3)], &p = turned ? to : from,
+                  &q = turned ? from : to;
+    // Both ends are in line with the blade: (1 - t)^2 first + t (1 - t) middle + t^2 last = 0.
+    const double first = cross(p.turned, q.turned), last = cross(p.is, q.is),
+                 middle = cross(p.turned, q.is) + cross(p.is, q.turned);
+    Gate gate;
+    double least = HUGE_VAL;
+    for (const double t : roots(first, middle - 2 * first, first - middle + last)) {
+      const double time = std::clamp(t, 0.0, 1.0);
+      const Vec2 x = p.across(time), y = q.across(time), d = x - y;
+      const double s = dot(d, d) > 0 ? std::clamp(dot(x, d) / dot(d, d), 0.0, 1.0) : 0.5, off = norm(lerp(x, y, s));
+      if (!(off < least)) continue;
+      least = off;
+      gate.time = time;
+      gate.fraction = s;
     }
-    for (int i = 0; i < static_cast<int>(fronts.size()); ++i) {
-      const int piece = piece_of[at(i)];
-      const bool on = onward[at(i)];
-      if (piece < 0) continue;
-      // Behind it nothing is left of the same arc: there the blade was.
-      for (int p = beside(piece, !on); p >= 0 && p != piece && front_of[at(p)] < 0 && !used_[at(p)]; p = beside(p, !on))
-        used_[at(p)] = true;
-      if (used_[at(piece)]) continue;  // another front has come to it
-      std::vector<int> chain{piece};
-      int other = -1;
-      for (int p = beside(piece, on); p >= 0 && p != piece && !used_[at(p)] && other < 0; p = beside(p, on)) {
-        chain.push_back(p);
-        other = front_of[at(p)];
+    gate.edge = h;
+    gate.depth = p.depth(gate.time) + gate.fraction * (q.depth(gate.time) - p.depth(gate.time));
+    if (turned) gate.fraction = 1 - gate.fraction;
+    gate.weights[at(h.value % 3)] = 1 - gate.fraction;
+    gate.weights[at((h.value + 1) % 3)] = gate.fraction;
+    return gate;
+  }
+
+  /// Where the blade's line goes through a face before (time 0) or now (1).
+  Gate in_face(Kind kind, double time) const {
+    Gate gate;
+    gate.kind = kind;
+    gate.time = time;
+    Vec2 u[3];
+    for (int k = 0; k < 3; ++k) u[k] = corners_[at(k)].across(time);
+    double area = 0, sum = 0;
+    for (int k = 0; k < 3; ++k) area += gate.weights[at(k)] = cross(u[(k + 1) % 3], u[(k + 2) % 3]);
+    for (double& w : gate.weights) sum += w = std::max(0.0, area < 0 ? -w : w);
+    for (double& w : gate.weights) w = sum > 0 ? w / sum : 1.0 / 3;
+    for (int k = 0; k < 3; ++k) gate.depth += gate.weights[at(k)] * corners_[at(k)].depth(time);
+    return gate;
+  }
+
+  void add(F f) {
+    for (int k = 0; k < 3; ++k) corners_[at(k)] = passing(corner(f, k));
+    if (!may_hold_blade()) return;
+    struct Through {
+      Gate gate;
+      bool in;
+    };
+    std::array<Through, 8> gates;  // two an edge, and where it was and is
+    std::size_t count = 0;
+    int before = 0, now = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Passing &a = corners_[at(k)], &b = corners_[at((k + 1) % 3)];
+      const int was = crosses_ray(a.was, b.was), is = crosses_ray(a.is, b.is);
+      before += was;
+      now += is;
+      const int out = was + b.crosses - is - a.crosses;
+      for (int n = std::abs(out); n > 0; --n) gates[count++] = {on_edge(CollisionMesh::corner(f, k)), out < 0};
+    }
+    if (before != 0) gates[count++] = {in_face(Kind::kWas, 0), before > 0};
+    if (now != 0) gates[count++] = {in_face(Kind::kIs, 1), now < 0};
+    // As many lead in as out. In time, one of each follows the other; where rounding has mixed them up, any two do.
+    const auto first = gates.begin(), last = first + static_cast<std::ptrdiff_t>(count);
+    for (auto it = first; it != last; ++it)
+      std::rotate(std::upper_bound(first, it, *it,
+                                   [](const Through& a, const Through& b) { return a.gate.time < b.gate.time; }),
+                  it, it + 1);
+    for (auto it = first; it + 1 < last; it += 2) {
+      const auto other = std::find_if(it + 1, last, [&](const Through& t) { return t.in != it->in; });
+      if (other == last) return;
+      std::rotate(it + 1, other, other + 1);
+      clip(it->in ? Piece{f, it[0].gate, it[1].gate} : Piece{f, it[1].gate, it[0].gate});
+    }
+  }
+
+  /// Is the blade's line in the hull of where the corners are, and its segment as deep?
+  [[nodiscard]] bool may_hold_blade() const {
+    Vec2 way;
+    double least = HUGE_VAL, most = -HUGE_VAL;
+    for (const Passing& p : corners_) {
+      way = way + (p.is - p.was);
+      least = std::min({least, p.depth_was, p.depth_is}), most = std::max({most, p.depth_was, p.depth_is});
+    }
+    if (most < 0 || least > std::max(move_.was.length, move_.is.length)) return false;
+    const auto holds = [&](auto&& coordinate) {
+      bool above = false, below = false;
+      for (const Passing& p : corners_)
+        for (const Vec2 u : {p.was, p.turned, p.is}) above |= coordinate(u) >= 0, below |= coordinate(u) <= 0;
+      return above && below;
+    };
+    return holds([&](Vec2 u) { return cross(way, u); }) && holds([](Vec2 u) { return u.x; }) &&
+           holds([](Vec2 u) { return u.y; });
+  }
+
+  /// Adds the parts of a piece that the blade is long enough for.
+  void clip(const Piece& piece) {
+    const auto between = [&](double s, Kind kind) {
+      Gate gate;
+      gate.kind = kind;
+      gate.time = piece.begin.time + s * (piece.end.time - piece.begin.time);
+      for (int k = 0; k < 3; ++k) {
+        gate.weights[at(k)] = piece.begin.weights[at(k)] + s * (piece.end.weights[at(k)] - piece.begin.weights[at(k)]);
+        gate.depth += gate.weights[at(k)] * corners_[at(k)].depth(gate.time);
       }
-      for (const int p : chain) used_[at(p)] = true;
-      if (!on) std::reverse(chain.begin(), chain.end());
+      return gate;
+    };
+    const Gate middle = between(0.5, Kind::kBorder);
+    std::array<std::pair<double, Kind>, 4> cuts;
+    std::size_t count = 0;
+    for (const Kind kind : {Kind::kBase, Kind::kTip}) {
+      const auto off = [&](const Gate& g) { return kind == Kind::kBase ? g.depth : length(g.time) - g.depth; };
+      const double begin = off(piece.begin), half = off(middle), end = off(piece.end);
+      const double c = 2 * (begin + end) - 4 * half, b = end - begin - c;
+      if (!(b * b - 4 * begin * c >= 0)) continue;
+      for (const double s : roots(begin, b, c))
+        if (s > 0 && s < 1) cuts[count++] = {s, kind};
+    }
+    std::sort(cuts.begin(), cuts.begin() + static_cast<std::ptrdiff_t>(count));
+    const auto nearer = [&](const Gate& g) { return 2 * g.depth < length(g.time) ? Kind::kBase : Kind::kTip; };
+    // The gates count by themselves: they are the same for the face beyond.
+    bool inside = in_blade(piece.begin);
+    Piece part = piece;
+    const auto turn = [&](bool turns_in, double s, Kind kind) {
+      if (turns_in == inside) return;
+      inside = turns_in;
+      (inside ? part.begin : part.end) = between(s, kind);
+      if (!inside) pieces_.push_back(part);
+    };
+    for (std::size_t i = 0; i <= count; ++i) {
+      const double a = i == 0 ? 0 : cuts[i - 1].first, b = i == count ? 1 : cuts[i].first;
+      turn(in_blade(between(0.5 * (a + b), Kind::kBorder)), a, i == 0 ? nearer(piece.begin) : cuts[i - 1].second);
+    }
+    turn(in_blade(piece.end), 1, nearer(piece.end));
+    if (!inside) return;
+    part.end = piece.end;
+    pieces_.push_back(part);
+  }
+
+  // ---- arcs
+
+  void link() {
+    std::vector<std::pair<H, int>> begins;
+    for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
+      if (pieces_[at(i)].begin.kind == Kind::kBorder) begins.push_back({pieces_[at(i)].begin.edge, i});
+    std::sort(begins.begin(), begins.end());
+    for (int i = 0; i < static_cast<int>(pieces_.size()); ++i) {
+      if (pieces_[at(i)].end.kind != Kind::kBorder) continue;
+      const H beyond = mesh_.twin[pieces_[at(i)].end.edge];
+      if (!beyond.valid()) continue;
+      for (auto it = std::lower_bound(begins.begin(), begins.end(), std::pair{beyond, -1});
+           it != begins.end() && it->first == beyond; ++it) {
+        if (pieces_[at(it->second)].before >= 0) continue;
+        pieces_[at(i)].next = it->second;
+        pieces_[at(it->second)].before = i;
+        break;
+      }
+    }
+  }
+
+  std::vector<int> chain_of(int first, bool onward) {
+    std::vector<int> chain;
+    for (int p = first; p >= 0 && !used_[at(p)]; p = onward ? pieces_[at(p)].next : pieces_[at(p)].before) {
+      chain.push_back(p);
+      used_[at(p)] = true;
+    }
+    if (!onward) std::reverse(chain.begin(), chain.end());
+    return chain;
+  }
+
+  /// The arc that begins with a piece, or goes round through it.
+  void take(int first, bool closed, std::vector<BladeArc>& arcs) {
+    const std::vector<int> chain = chain_of(first, true);
+    BladeArc arc = make(chain);
+    arc.closed = closed;
+    if (closed) arc.crossings.push_back(crossing(pieces_[at(chain.back())]));
+    else if (arc.end.time < arc.begin.time) arc.reverse();
+    arcs.push_back(std::move(arc));
+  }
+
+  /// The nearest piece that begins (true) or ends (false) where a front is, or -1.
+  std::pair<int, bool> piece_at(const MovingFront& front, double near) const {
+    std::pair<int, bool> best{-1, true};
+    double least = near;
+    for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
+      for (const bool begins : {true, false}) {
+        const Gate& gate = begins ? pieces_[at(i)].begin : pieces_[at(i)].end;
+        if (gate.kind != Kind::kWas) continue;
+        Vec3 x;
+        for (int k = 0; k < 3; ++k) x += gate.weights[at(k)] * material_.now[corner(pieces_[at(i)].face, k).index()];
+        const double far = norm(x - front.position);
+        if (far >= least) continue;
+        least = far;
+        best = {i, begins};
+      }
+    return best;
+  }
+
+  void take_fronts(std::span<const MovingFront> fronts, double near, std::vector<BladeArc>& arcs) {
+    std::vector<std::pair<int, bool>> pieces;
+    pieces.reserve(fronts.size());
+    for (const MovingFront& f : fronts) pieces.push_back(piece_at(f, near));
+    for (std::size_t i = 0; i < fronts.size(); ++i) {
+      const auto [piece, begins] = pieces[i];
+      if (piece < 0 || used_[at(piece)]) continue;  // another front has come to it
+      const std::vector<int> chain = chain_of(piece, begins);
       BladeArc arc = make(chain);
-      if (!on) arc.reverse();
+      if (!begins) arc.reverse();
       arc.begin.kind = Kind::kFront;
-      arc.begin.front = i;
-      arc.begin.time = 0;
-      if (other >= 0) {
+      arc.begin.front = static_cast<int>(i);
+      const std::pair<int, bool> last{begins ? chain.back() : chain.front(), !begins};
+      const auto other = std::find(pieces.begin(), pieces.end(), last);
+      if (other != pieces.end()) {
         arc.end.kind = Kind::kFront;
-        arc.end.front = other;
+        arc.end.front = static_cast<int>(other - pieces.begin());
       }
       arcs.push_back(std::move(arc));
     }
   }
 
-  /// The arc that begins with a piece, or goes round through it.
-  void take_arc(int first, bool closed, std::vector<BladeArc>& arcs) {
-    std::vector<int> chain;
-    for (int p = first; p >= 0 && !used_[at(p)]; p = pieces_[at(p)].next) {
-      chain.push_back(p);
-      used_[at(p)] = true;
-    }
-    // What does not come back to its beginning lies beyond a front that another one has come to.
-    if (closed && pieces_[at(chain.back())].next != first) return;
-    BladeArc arc = make(chain);
-    // Not yet begun, or passed by the move before. What lies along the blade as a whole is passed at one moment, be it the first or the last.
-    const bool one_moment = arc.first > 1 - cut::kArcNow || std::max(arc.begin.time, arc.end.time) < cut::kArcNow;
-    if (one_moment && extent(chain) < cut::kArcShort * strip_.length) return;
-    arc.closed = closed;
-    if (closed) arc.crossings.push_back(crossing(pieces_[at(chain.back())]));
-    arcs.push_back(std::move(arc));
-  }
-
-  Vec3 place(V v) const { return position_[v.index()]; }
-
-  template <class Fn>
-  void for_each_near(Fn&& fn) const {
-    const auto corner = [&](double x, double y) { return strip_.origin + x * strip_.along + y * strip_.motion; };
-    Box3 box;
-    for (const Vec3 p : {corner(0, 0), corner(strip_.length, 0), corner(strip_.base.x, strip_.base.y),
-                         corner(strip_.tip.x, strip_.tip.y)})
-      box.add(p);
-    const double margin = cut::kArcMargin * (norm(box.min) + norm(box.max));
-    box.min -= Vec3{margin, margin, margin};
-    box.max += Vec3{margin, margin, margin};
-    const Vec3 n = strip_.normal;
-    const auto meets = [&](const Box3& b) {
-      if (!boxes_meet(b, box)) return false;
-      const Vec3 size = b.max - b.min;
-      const double reach = 0.5 * (std::abs(n.x) * size.x + std::abs(n.y) * size.y + std::abs(n.z) * size.z) + margin;
-      return std::abs(strip_.height(0.5 * (b.min + b.max))) <= reach;
-    };
-    boxes_.for_each(meets, fn);
-  }
-
-  /// Where the plane crosses an edge with ends on both sides, from the one above: the same bits for all who share it.
-  double crossing_of(V above, V below) const {
-    const double a = strip_.height(place(above)), b = strip_.height(place(below));
-    return a - b > 0 ? a / (a - b) : 0.5;
-  }
-
-  void add(F face) {
-    Piece piece;
-    piece.face = face;
-    for (int k = 0; k < 3; ++k) {
-      const H h = CollisionMesh::corner(face, k);
-      const bool from = strip_.height(place(mesh_.from(h))) > 0, to = strip_.height(place(mesh_.to(h))) > 0;
-      if (from && !to) piece.out = h;
-      if (to && !from) piece.in = h;
-    }
-    if (!piece.in.valid()) return;
-    piece.out_fraction = crossing_of(mesh_.from(piece.out), mesh_.to(piece.out));
-    const double in = crossing_of(mesh_.to(piece.in), mesh_.from(piece.in));
-    piece.in_fraction = 1 - in;
-    piece.q1 =
-        lerp(strip_.local(place(mesh_.from(piece.out))), strip_.local(place(mesh_.to(piece.out))), piece.out_fraction);
-    piece.q0 = lerp(strip_.local(place(mesh_.to(piece.in))), strip_.local(place(mesh_.from(piece.in))), in);
-    piece.along = !strip_.done.empty() && lies_along(mesh_, position_, face, strip_.along, cut::kPathLeans);
-    clip(piece);
-  }
-
-  bool is_done(Vec2 q) const {
-    return std::any_of(strip_.done.begin(), strip_.done.end(),
-                       [&](const auto& d) { return d[0].x < q.x && q.x < d[1].x && d[0].y < q.y && q.y < d[1].y; });
-  }
-  bool passed(const Piece& piece, double part) const {
-    const Vec2 q = lerp(piece.q0, piece.q1, part);
-    return strip_.passed(q) && !(piece.along && is_done(q));
-  }
-
-  /// Adds the parts of the segment that the edge has passed.
-  void clip(Piece piece) {
-    std::vector<std::pair<double, int>> cuts;
-    for (int i = 0; i < 4; ++i) {
-      const double a = strip_.side(i, piece.q0), b = strip_.side(i, piece.q1);
-      if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), i});
-    }
-    if (piece.along)
-      for (const auto& d : strip_.done)
-        for (const Vec2 corner : d)
-          for (const auto& [a, b] : {std::pair{piece.q0.x - corner.x, piece.q1.x - corner.x},
-                                     std::pair{piece.q0.y - corner.y, piece.q1.y - corner.y}})
-            if ((a > 0) != (b > 0)) cuts.push_back({a / (a - b), 0});
-    std::sort(cuts.begin(), cuts.end());
-    const std::size_t n = cuts.size();
-    const auto nearest = [&](Vec2 q) {
-      int best = 0;
-      for (int i = 1; i < 4; ++i)
-        if (std::abs(strip_.side(i, q)) < std::abs(strip_.side(best, q))) best = i;
-      return kLines[best];
-    };
-    // The ends count by themselves: they are the same for the face beyond.
-    bool inside = passed(piece, 0);
-    piece.from = 0;
-    piece.begin = Kind::kBorder;
-    const auto turn = [&](bool now, double where, Kind kind) {
-      if (now == inside) return;
-      inside = now;
-      if (now) {
-        piece.from = where;
-        piece.begin = kind;
-      } else {
-        piece.to = where;
-        piece.end = kind;
-        pieces_.push_back(piece);
-      }
-    };
-    for (std::size_t i = 0; i <= n; ++i) {
-      const double a = i == 0 ? 0 : cuts[i - 1].first, b = i == n ? 1 : cuts[i].first;
-      turn(passed(piece, 0.5 * (a + b)), a, i == 0 ? nearest(piece.q0) : kLines[cuts[i - 1].second]);
-    }
-    turn(passed(piece, 1), 1, nearest(piece.q1));
-    if (inside) {
-      piece.to = 1;
-      piece.end = Kind::kBorder;
-      pieces_.push_back(piece);
-    }
-  }
-
-  /// The first piece of a face, or -1. They come by rising face.
-  int find(F face) const {
-    const auto it =
-        std::lower_bound(pieces_.begin(), pieces_.end(), face, [](const Piece& p, F f) { return p.face < f; });
-    return it != pieces_.end() && it->face == face ? static_cast<int>(it - pieces_.begin()) : -1;
-  }
-  void add_sorted(const std::vector<F>& faces) {
-    for (const F f : faces) add(f);
-    std::stable_sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.face < b.face; });
-  }
-
-  void link() {
-    for (std::size_t before = 0;
-         before != pieces_.size();) {  // faces beyond, that were not looked for or that rounding left out
-      before = pieces_.size();
-      std::vector<F> beyond;
-      for (const Piece& p : pieces_)
-        for (const auto& [kind, edge] : {std::pair{p.begin, p.in}, std::pair{p.end, p.out}})
-          if (const H t = mesh_.twin[edge];
-              kind == Kind::kBorder && t.valid() && find(CollisionMesh::face(t)) < 0 &&
-              std::find(beyond.begin(), beyond.end(), CollisionMesh::face(t)) == beyond.end())
-            beyond.push_back(CollisionMesh::face(t));
-      add_sorted(beyond);
-    }
-    for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      const H t = mesh_.twin[pieces_[i].out];
-      if (pieces_[i].end != Kind::kBorder || !t.valid()) continue;
-      const int k = find(CollisionMesh::face(t));
-      if (k < 0 || pieces_[at(k)].begin != Kind::kBorder) continue;
-      pieces_[i].next = k;
-      pieces_[at(k)].before = static_cast<int>(i);
-    }
-  }
-
-  /// Which way along its arc a front goes on: away from where the blade was. That is the end at the last place; if both or none are, the way that its path
-  /// came, where the arc crosses the blade the way that the edge moves, and else, or where the piece is too short to have a direction, away from the nearer end.
-  bool goes_onward(int piece, const ArcFront& front) const {
-    const Vec2 q = strip_.local(front.position);
-    const auto end = [&](bool last) {
-      int p = piece;
-      for (int next = piece; next >= 0;) {
-        p = next;
-        next = beside(p, last);
-        if (next == piece) break;
-      }
-      const Piece& it = pieces_[at(p)];
-      return std::pair{(last ? it.end : it.begin) != Kind::kWas, norm(lerp(it.q0, it.q1, last ? it.to : it.from) - q)};
-    };
-    const auto first = end(false), last = end(true);
-    const Vec2 on = pieces_[at(piece)].q1 - pieces_[at(piece)].q0;
-    if (norm(on) < cut::kArcShort * strip_.length) return first <= last;
-    const Vec3 way = way_at_rest(pieces_[at(piece)]);
-    if (first.first == last.first && std::abs(dot(way, front.way)) > cut::kArcInLine * norm(way) * norm(front.way))
-      return dot(way, front.way) > 0;
-    if (first.first == last.first && std::abs(on.y) > cut::kArcInLine * norm(on)) return on.y > 0;
-    return first <= last;
-  }
-
-  /// From where the plane enters a face to where it leaves it.
-  Vec3 way_at_rest(const Piece& p) const {
-    const auto on = [&](H h, double fraction) {
-      return lerp(mesh_.rest[mesh_.from(h)], mesh_.rest[mesh_.to(h)], fraction);
-    };
-    return on(p.out, p.out_fraction) - on(p.in, p.in_fraction);
-  }
-
-  double distance(const Piece& p, Vec3 x) const {
-    const Vec2 a = lerp(p.q0, p.q1, p.from), d = lerp(p.q0, p.q1, p.to) - a, q = strip_.local(x);
-    const double s = dot(d, d) > 0 ? std::clamp(dot(q - a, d) / dot(d, d), 0.0, 1.0) : 0.0;
-    return norm(q - a - s * d) + std::abs(strip_.height(x));
-  }
-  /// The whole arc of a piece is too short to tell from rounding: the plane only touches the faces where the edge was.
-  bool is_short(int piece) const {
-    const auto length = [&](int p) {
-      return (pieces_[at(p)].to - pieces_[at(p)].from) * norm(pieces_[at(p)].q1 - pieces_[at(p)].q0);
-    };
-    const double least = cut::kArcShort * strip_.length;
-    double sum = length(piece);
-    for (const bool onward : {false, true})
-      for (int p = beside(piece, onward); p >= 0 && p != piece && sum < least; p = beside(p, onward)) sum += length(p);
-    return sum < least;
-  }
-  /// Where a front's arc begins: in its face; else, or if what is there is short, at the nearest end where the edge was in a face beside it.
-  int piece_at(const ArcFront& front, double near) const {
-    int own = find(front.face);
-    for (int i = own + 1; own >= 0 && i < static_cast<int>(pieces_.size()) && pieces_[at(i)].face == front.face; ++i)
-      if (distance(pieces_[at(i)], front.position) < distance(pieces_[at(own)], front.position)) own = i;
-    if (own >= 0 && !is_short(own)) return own;
-    const int other = piece_beside(front, near, false);
-    if (other >= 0) return other;
-    return own >= 0 ? own : piece_beside(front, near, true);
-  }
-  int piece_beside(const ArcFront& front, double near, bool short_ones) const {
-    int best = -1;
-    double least = near;
-    for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      if (is_short(static_cast<int>(i)) != short_ones) continue;
-      bool touches = false;
-      for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-          touches |=
-              mesh_.from(CollisionMesh::corner(pieces_[i].face, k)) == mesh_.from(CollisionMesh::corner(front.face, l));
-      if (!touches) continue;
-      const Vec2 q = strip_.local(front.position);
-      for (const bool last : {false, true}) {
-        if ((last ? pieces_[i].end : pieces_[i].begin) != Kind::kWas) continue;
-        const double d = norm(lerp(pieces_[i].q0, pieces_[i].q1, last ? pieces_[i].to : pieces_[i].from) - q) +
-                         std::abs(strip_.height(front.position));
-        if (d >= least) continue;
-        least = d;
-        best = static_cast<int>(i);
-      }
-    }
-    return best;
-  }
-
-  ArcCrossing crossing(const Piece& p) const { return {p.out, mesh_.twin[p.out], p.out_fraction}; }
-
-  ArcEnd end(const Piece& p, bool last) const {
+  ArcCrossing crossing(const Piece& p) const { return {p.end.edge, mesh_.twin[p.end.edge], p.end.fraction}; }
+  static ArcEnd end_of(F face, const Gate& gate) {
     ArcEnd e;
-    e.kind = last ? p.end : p.begin;
-    const double part = last ? p.to : p.from;
+    e.kind = gate.kind;
     if (e.kind == Kind::kBorder) {
-      e.border = last ? p.out : p.in;
-      e.fraction = last ? p.out_fraction : p.in_fraction;
+      e.border = gate.edge;
+      e.fraction = gate.fraction;
     }
-    e.point.face = p.face;
-    e.point.weights = {};
-    const auto add_to = [&](H h, double fraction, double weight) {
-      e.point.weights[static_cast<std::size_t>(h.value % 3)] += weight * (1 - fraction);
-      e.point.weights[static_cast<std::size_t>((h.value + 1) % 3)] += weight * fraction;
-    };
-    add_to(p.in, p.in_fraction, 1 - part);
-    add_to(p.out, p.out_fraction, part);
-    const Vec2 q = lerp(p.q0, p.q1, part);
-    e.time = e.kind == Kind::kWas ? 0 : e.kind == Kind::kIs ? 1 : strip_.time(q);
-    e.depth = q.x;
+    e.point = {face, gate.weights};
+    e.time = gate.time;
+    e.depth = gate.depth;
     return e;
   }
-
-  /// Of the arc in its plane, from end to end, metres.
-  double extent(const std::vector<int>& chain) const {
-    const Piece &a = pieces_[at(chain.front())], &b = pieces_[at(chain.back())];
-    return norm(lerp(b.q0, b.q1, b.to) - lerp(a.q0, a.q1, a.from));
-  }
-
   BladeArc make(const std::vector<int>& chain) const {
     BladeArc arc;
     for (std::size_t i = 0; i < chain.size(); ++i) {
       const Piece& p = pieces_[at(chain[i])];
       arc.faces.push_back(p.face);
+      arc.first = std::min({arc.first, p.begin.time, p.end.time});
       if (i + 1 < chain.size()) arc.crossings.push_back(crossing(p));
-      if (i + 1 < chain.size()) arc.first = std::min(arc.first, strip_.time(p.q1));
     }
-    arc.begin = end(pieces_[at(chain.front())], false);
-    arc.end = end(pieces_[at(chain.back())], true);
-    arc.first = std::min({arc.first, arc.begin.time, arc.end.time});
-    // The edge stands on a border to the last bit: a front that waits there.
-    for (ArcEnd* e : {&arc.begin, &arc.end}) {
-      const ArcEnd& other = e == &arc.end ? arc.begin : arc.end;
-      if (e->kind == Kind::kBorder && e->time > 1 - cut::kArcNow && other.time < 1 - cut::kArcNow) e->kind = Kind::kIs;
-    }
+    arc.begin = end_of(arc.faces.front(), pieces_[at(chain.front())].begin);
+    arc.end = end_of(arc.faces.back(), pieces_[at(chain.back())].end);
     return arc;
   }
 
   const CollisionMesh& mesh_;
-  std::span<const Vec3> position_;
-  const FaceBoxes& boxes_;
-  const Strip& strip_;
+  MovedMaterial material_;
+  const BladeMove& move_;
+  std::array<Passing, 3> corners_;  // of the face at hand
   std::vector<Piece> pieces_;
-  std::vector<bool> used_;
+  std::vector<char> used_;
 };
 
 }  // namespace
@@ -393,66 +347,6 @@ bool lies_along(const CollisionMesh& mesh, std::span<const Vec3> position, F fac
   const auto at_corner = [&](V v) { return position[v.index()]; };
   const Vec3 a = at_corner(mesh.from(h)), normal = cross(at_corner(mesh.to(h)) - a, at_corner(mesh.apex(h)) - a);
   return std::abs(dot(normal, edge)) < cosine * norm(normal);
-}
-
-Strip Strip::make(const BladeEdge& from, const BladeEdge& to, std::span<const Vec3> fronts, double least) {
-  Strip s;
-  s.origin = to.base;
-  s.length = norm(to.tip - to.base);
-  s.along = (1 / s.length) * (to.tip - to.base);
-  const auto behind = [&](Vec3 p) { return (to.base - p) + dot(p - to.base, s.along) * s.along; };
-  Vec3 motion;
-  for (const Vec3 p : fronts) motion += (1.0 / static_cast<double>(fronts.size())) * behind(p);
-  if (!(norm(motion) > least))
-    for (const Vec3 p : {0.5 * (from.base + from.tip), from.base, from.tip})
-      if (norm(behind(p)) > (1 + 1e-9) * norm(motion)) motion = behind(p);
-  s.stands = !(norm(motion) > least);
-  if (s.stands) motion = std::abs(s.along.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  motion -= dot(motion, s.along) * s.along;
-  s.motion = normalized(motion);
-  s.normal = cross(s.along, s.motion);
-  s.base = s.local(from.base);
-  s.tip = s.local(from.tip);
-  if (s.tip.x - s.base.x > 0) s.slope = (s.tip.y - s.base.y) / (s.tip.x - s.base.x);
-  s.offset = s.base.y - s.slope * s.base.x;
-  // As the fronts have been carried: moved, and turned if they lie apart.
-  if (!fronts.empty()) {
-    Vec2 mean, first{HUGE_VAL, 0}, last{-HUGE_VAL, 0};
-    for (const Vec3 p : fronts) {
-      const Vec2 q = s.local(p);
-      mean = mean + (1.0 / static_cast<double>(fronts.size())) * q;
-      if (q.x < first.x) first = q;
-      if (q.x > last.x) last = q;
-    }
-    if (last.x - first.x > 0.1 * s.length) s.slope = (last.y - first.y) / (last.x - first.x);
-    s.offset = mean.y - s.slope * mean.x;
-  }
-  const auto far = [&] {
-    return std::max(std::abs(s.offset + s.slope * s.base.x), std::abs(s.offset + s.slope * s.tip.x));
-  };
-  if (!(far() > least)) s.offset -= least;
-  s.base.y = s.offset + s.slope * s.base.x;
-  s.tip.y = s.offset + s.slope * s.tip.x;
-  return s;
-}
-
-double Strip::time(Vec2 q) const {
-  const double last = ahead_of_last(q), moved = last - q.y;
-  return moved != 0 ? std::clamp(last / moved, 0.0, 1.0) : 0.5;
-}
-
-bool Strip::passed(Vec2 q) const {
-  if ((ahead_of_last(q) > 0) == (q.y > 0)) return false;
-  const double t = time(q);
-  return q.x >= (1 - t) * base.x && q.x <= (1 - t) * tip.x + t * length;
-}
-
-double Strip::side(int line, Vec2 q) const {
-  if (line == 0) return ahead_of_last(q);
-  if (line == 1) return q.y;
-  const Vec2 a = line == 2 ? base : tip, b = line == 2 ? Vec2{0, 0} : Vec2{length, 0};
-  const double far = norm(b - a);
-  return far > 0 ? cross(b - a, q - a) / far : HUGE_VAL;
 }
 
 void BladeArc::reverse() {
@@ -466,9 +360,9 @@ void BladeArc::reverse() {
   }
 }
 
-std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes,
-                                const Strip& strip, std::span<const ArcFront> fronts, double near, bool ahead_only) {
-  return Search(mesh, position, boxes, strip).run(fronts, near, ahead_only);
+std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, const FaceBoxes& boxes, const MovedMaterial& material,
+                                const BladeMove& move, std::span<const MovingFront> fronts, double near) {
+  return Search(mesh, material, move).run(boxes, fronts, near);
 }
 
 }  // namespace kerf

@@ -1,48 +1,25 @@
-// Where the strip that a blade sweeps in one move meets the deformed collision mesh: arcs from end to end (docs/cutting.md, "From tool
-// motion to a cut path"). Which faces an arc passes and which edges it crosses follows from the vertices' sides of one plane alone, so arcs
-// neither branch nor break off; numbers only say where on an edge it crosses.
+// What a blade cuts of a mesh while both move from one pose to the next: arcs from end to end (docs/cutting.md, "From tool motion to a cut path"). They follow from
+// where each vertex is beside the blade's line before and now. Seen along the blade, which is the origin, a vertex goes straight from `was` to `is`:
+//
+//        was o---.                   An edge sweeps a loop was - was - is - is. The blade crosses the edge as often as the loop
+//           |     '---o is           winds round the origin: -1, 0 or 1 times.
+//           |    x     \             A face has the blade in it, before or now, if its corners wind round the origin then.
+//        was o---.      \            All loops are made of the same segments, and a segment says one thing: whether it crosses
+//                 '------o is        the ray from the origin. So as much goes into a face as comes out of it, however numbers
+//                                    are rounded: arcs neither branch nor break off, and moves that follow each other pass
+//                                    each point of the material once.
+//
+// When the blade crosses an edge, and where on it, is a root of a quadratic.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
-#include "kerf/cutting/blade_edge.h"
+#include "kerf/cutting/blade_move.h"
 #include "kerf/cutting/face_boxes.h"
 #include "kerf/cutting/rest_point.h"
 
 namespace kerf {
-
-/// The plane of one move, and what the edge passes in it. Coordinates in the plane: x along the edge's new place, y with its motion.
-struct Strip {
-  Vec3 origin, along, motion, normal;
-  double length = 0;             ///< of the edge at its new place, which is y = 0, from x = 0 on
-  Vec2 base, tip;                ///< of the edge at its last place
-  double offset = 0, slope = 0;  ///< the line of that place: y = offset + slope x
-  std::vector<std::array<Vec2, 2>>
-      done;  ///< boxes where the stroke has cut a sheet that lies along the edge; of such sheets nothing there is passed again
-  bool stands = false;  ///< it has not moved across itself: `motion` is any way
-
-  /// `fronts`: where the cut has got to; the last place is moved to where they are, as the material has carried it. `least`: metres, a move that is
-  /// shorter counts as that long.
-  static Strip make(const BladeEdge& from, const BladeEdge& to, std::span<const Vec3> fronts, double least);
-
-  /// The last place is so many metres farther back.
-  void set_back(double distance) {
-    offset -= distance;
-    base.y -= distance;
-    tip.y -= distance;
-  }
-
-  [[nodiscard]] double height(Vec3 p) const { return dot(p - origin, normal); }
-  [[nodiscard]] Vec2 local(Vec3 p) const { return {dot(p - origin, along), dot(p - origin, motion)}; }
-  /// How far a point is ahead of the edge's last place, and of its new one.
-  [[nodiscard]] double ahead_of_last(Vec2 q) const { return q.y - offset - slope * q.x; }
-  [[nodiscard]] double time(Vec2 q) const;  ///< 0 .. 1 of the move, when the edge's line passes
-  [[nodiscard]] bool passed(Vec2 q) const;
-  /// Four lines that bound what is passed, zero on them: last place, new place, track of the base, of the tip.
-  [[nodiscard]] double side(int line, Vec2 q) const;
-};
 
 /// Does a face lie along a blade's edge (a unit vector), by less than this cosine between its normal and the edge?
 bool lies_along(const CollisionMesh& mesh, std::span<const Vec3> position, CollisionTriangle face, Vec3 edge,
@@ -52,10 +29,10 @@ bool lies_along(const CollisionMesh& mesh, std::span<const Vec3> position, Colli
 struct ArcEnd {
   enum class Kind {
     kBorder,  ///< a border edge of the mesh
-    kWas,     ///< the edge's last place
-    kIs,      ///< its new place
-    kBase,    ///< the track of the blade's base
-    kTip,     ///< of its tip
+    kWas,     ///< where the edge was
+    kIs,      ///< where it is
+    kBase,    ///< where the blade's base goes through a face
+    kTip,     ///< where its tip does
     kFront,   ///< a front of the stroke
   };
   Kind kind = Kind::kBorder;
@@ -83,16 +60,15 @@ struct BladeArc {
   void reverse();
 };
 
-/// A front as the search sees it: a face, where in space, and on what way its path came there at rest (zero: not known).
-struct ArcFront {
-  CollisionTriangle face;
-  Vec3 position, way;
+/// A front of a stroke.
+struct MovingFront {
+  Vec3 position;  ///< now
 };
 
-/// All arcs of a move. What lies ahead of a front is an arc that begins (or ends) there; if the strip misses a front's face by rounding, its arc begins in a
-/// face within `near` metres. `ahead_only`: nothing else than what lies ahead of the fronts, and the boxes are not asked. Cost: what the strip comes near.
-std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, std::span<const Vec3> position, const FaceBoxes& boxes,
-                                const Strip& strip, std::span<const ArcFront> fronts, double near,
-                                bool ahead_only = false);
+/// All arcs of a move, each goes on in time. An arc that begins where a front is, to within
+/// `near` metres, begins with that front. Ends of the kind kBorder lie on borders. `boxes`: where vertices are now. Cost: what the blade comes near to; all
+/// vertices, where they have moved.
+std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, const FaceBoxes& boxes, const MovedMaterial& material,
+                                const BladeMove& move, std::span<const MovingFront> fronts, double near);
 
 }  // namespace kerf

@@ -25,34 +25,26 @@ using Stop = CutStop;
 /// One move: finds the arcs, orders them, and cuts one after the other.
 class Sweep {
  public:
-  Sweep(BladeStroke& stroke, SweepTarget& target)
+  /// `others`: where vertices are at other times; the first at the last pose.
+  Sweep(BladeStroke& stroke, SweepTarget& target, std::span<std::vector<Vec3>* const> others = {})
       : stroke_(stroke), target_(target), cut_{target.complex, target.options, target.scratch},
         rounding_(target.complex.collision, target.options, target.complex.mean_root_edge),
         finder_(target.complex, rounding_),
-        opening_({cut_, target.position, target.boxes}, rounding_.feature(), rounding_.outside()),
+        opening_({cut_, target.position, target.boxes, others}, rounding_.feature(), rounding_.outside()),
+        before_(others.empty() ? target.position : *others.front()),
         vertices_before_(target.complex.collision.vertex_count()) {}
 
   /// Cuts all arcs up to the last edges that they cross.
   SweepReport lead(const BladeEdge& to) {
-    to_ = to;
     target_.scratch.flip_stack.clear();
     leads_ = true;
     old_ = std::move(stroke_.ends);
     stroke_.ends.clear();
-    std::vector<Vec3> places;
-    // One that waits in its slit may lie beside the blade.
-    const bool all_wait = std::all_of(old_.begin(), old_.end(), [](const BladeFront& f) { return f.in_slit; });
-    for (const BladeFront& f : old_)
-      if ((all_wait || !f.in_slit) && !f.along) places.push_back(place(f.end));
-    if (old_.empty()) places = met_by(stroke_.edge);
-    strip_ = Strip::make(stroke_.edge, to, places, cut::kPathLeastMove * target_.complex.mean_root_edge);
-    double behind = 0;
-    for (const BladeFront& f : old_)
-      if (f.along) behind = std::max(behind, -strip_.ahead_of_last(strip_.local(place(f.end))));
-    strip_.set_back(behind);
-    note_done();
-    std::vector<BladeArc> arcs = find_all();
-    for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find_all();
+    const double reach = cut::kMoveReach * target_.complex.mean_root_edge;
+    move_ = BladeMove::make(stroke_.posed, to, rotation_near(material(), stroke_.posed.edge(), to, reach));
+    move_.go_along(material(), reach);
+    std::vector<BladeArc> arcs = find(fronts());
+    for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find(fronts());
     used_.assign(old_.size(), false);
     choose(arcs);
     for (int i = 0; i < cut::kPathTries && !left_.empty(); ++i) again();
@@ -66,6 +58,7 @@ class Sweep {
     leads_ = false;
     stroke_.standing = false;
     stroke_.edge = to;
+    stroke_.posed = move_.is;
 
     std::vector<F> keep;
     for (BladeFront& f : stroke_.ends) {
@@ -112,6 +105,7 @@ class Sweep {
  private:
   const CollisionMesh& mesh() const { return target_.complex.collision; }
   Vec3 at(V v) const { return target_.position[v.index()]; }
+  MovedMaterial material() const { return {before_, target_.position}; }
   Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
 
   SweepReport report() const {
@@ -133,199 +127,18 @@ class Sweep {
 
   // ---- which arcs, in which order
 
-  std::vector<ArcFront> seen() const {
-    std::vector<ArcFront> seen;
-    for (const BladeFront& f : old_) seen.push_back(seen_front(f));
-    return seen;
+  MovingFront front(const BladeFront& f) const { return {place(f.end)}; }
+  std::vector<MovingFront> fronts() const {
+    std::vector<MovingFront> fronts;
+    for (const BladeFront& f : old_) fronts.push_back(front(f));
+    return fronts;
   }
-  ArcFront seen_front(const BladeFront& f) const { return {f.end.face, place(f.end), way_of(f)}; }
-
-  std::vector<BladeArc> find(const Strip& strip, std::span<const ArcFront> fronts) {
+  std::vector<BladeArc> find(std::span<const MovingFront> fronts) const {
     target_.boxes.refresh(mesh(), target_.position);
-    return find_arcs(mesh(), target_.position, target_.boxes, strip, fronts, rounding_.carried());
-  }
-
-  /// Where an edge goes through the body; but for `through`, the place nearest to its base. A strip that twists is flat through these.
-  std::vector<Vec3> met_by(const BladeEdge& edge) const {
-    Box3 box;
-    box.add(edge.base);
-    box.add(edge.tip);
-    const Ray ray{edge.base, edge.tip - edge.base};
-    const RayFrame frame(ray);
-    std::vector<double> met;
-    target_.boxes.refresh(mesh(), target_.position);
-    target_.boxes.for_each([&](const Box3& b) { return boxes_meet(box, b); },
-                           [&](F f) {
-                             const H h = CollisionMesh::corner(f, 0);
-                             RayHit hit;
-                             if (intersect(frame, {at(mesh().from(h)), at(mesh().to(h)), at(mesh().apex(h))}, hit) &&
-                                 hit.t >= 0 && hit.t <= 1)
-                               met.push_back(hit.t);
-                           });
-    std::sort(met.begin(), met.end());
-    if (!stroke_.through && !met.empty()) met.resize(1);
-    std::vector<Vec3> places;
-    places.reserve(met.size());
-    for (const double t : met) places.push_back(edge.base + t * ray.direction);
-    return places;
+    return find_arcs(mesh(), target_.boxes, material(), move_, fronts, rounding_.feature());
   }
 
   static bool is_front(const ArcEnd& e) { return e.kind == Kind::kFront; }
-  bool goes_on(const BladeArc& a) const { return is_front(a.begin) && a.end.kind == Kind::kIs; }
-
-  std::vector<BladeArc> find_all() {
-    const bool along = std::any_of(old_.begin(), old_.end(), [&](const BladeFront& f) { return is_along(f); });
-    if (along && !moved_) moved_ = moved_behind();  // of what this move has cut nothing is known
-    behind_ = along ? *moved_ : rounding_.carried();
-    const std::vector<ArcFront> fronts = seen();
-    if (!stroke_.through && !fronts.empty() && !along) {
-      std::vector<BladeArc> ahead =
-          find_arcs(mesh(), target_.position, target_.boxes, strip_, fronts, rounding_.carried(), true);
-      if (ahead.size() == fronts.size() &&
-          std::all_of(ahead.begin(), ahead.end(), [&](const BladeArc& a) { return goes_on(a) && !lies_along(a); }))
-        return ahead;
-    }
-    std::vector<BladeArc> arcs = find(strip_, fronts);
-    if (!stroke_.standing && behind_ > 0) look_back(arcs, fronts, along);
-    tie(arcs);
-    return arcs;
-  }
-
-  /// Lips that come apart draw the tip of their cut along. The arc of its front may then lead back to them, and that of the blade begin where the edge was:
-  /// what lies between them was passed.
-  void tie(std::vector<BladeArc>& arcs) const {
-    for (std::size_t i = 0; i < old_.size(); ++i) {
-      const BladeFront& f = old_[i];
-      const auto is_of = [&](const ArcEnd& e) { return is_front(e) && e.front == static_cast<int>(i); };
-      const auto leads = [&](const BladeArc& a) {
-        if (is_of(a.end)) return true;
-        if (!is_of(a.begin)) return false;
-        return a.end.kind == Kind::kBorder
-                   ? !rounding_.same_lip(f.start, a.end.border, rounding_.rest(f.start), rounding_.rest(stop_of(a.end)))
-                   : a.end.kind != Kind::kWas;
-      };
-      if (f.start.kind != Stop::Kind::kVertex || std::any_of(arcs.begin(), arcs.end(), leads)) continue;
-      const BladeArc* nearest = nullptr;
-      BladeArc tied;
-      double least = cut::kTied * target_.complex.mean_root_edge;
-      for (const BladeArc& arc : arcs) {
-        if (!is_open(arc) || !was(arc) || arc.begin.kind == arc.end.kind) continue;
-        BladeArc a = arc;
-        if (a.begin.kind != Kind::kWas) a.reverse();
-        const double far = norm(rounding_.rest(rest_point(mesh(), a.begin.point)) - rounding_.rest(f.start));
-        BladeArc led = a;
-        if (far >= least || !finder_.begin_at(led, f)) continue;
-        least = far;
-        nearest = &arc;
-        tied = a;
-        tied.begin.kind = Kind::kFront;
-        tied.begin.front = static_cast<int>(i);
-        tied.begin.time = 0;
-      }
-      if (!nearest) continue;
-      arcs[static_cast<std::size_t>(nearest - arcs.data())] = tied;
-      std::erase_if(arcs, [&](const BladeArc& a) { return is_of(a.begin) && a.faces != tied.faces; });
-    }
-  }
-
-  static bool is_open(const BladeArc& a) { return !is_front(a.begin) && !is_front(a.end); }
-  static bool was(const BladeArc& a) { return a.begin.kind == Kind::kWas || a.end.kind == Kind::kWas; }
-  static bool share_face(const BladeArc& a, const BladeArc& b) {
-    return std::any_of(a.faces.begin(), a.faces.end(),
-                       [&](F f) { return std::find(b.faces.begin(), b.faces.end(), f) != b.faces.end(); });
-  }
-
-  /// How far behind the last place of the edge, metres, there may be what was ahead of it at the last pose. The edge goes along with its fronts, so it is no farther
-  /// than what is near has moved otherwise than they have.
-  double moved_behind() const {
-    if (target_.before.empty()) return 0;
-    Box3 box;
-    for (const BladeEdge& edge : {stroke_.edge, to_})
-      for (const Vec3 p : {edge.base, edge.tip}) box.add(p);
-    Vec3 motion;
-    int known = 0;
-    for (const BladeFront& f : old_) {
-      box.add(place(f.end));
-      if (!is_known(f.end.face)) continue;
-      motion += place(f.end) - place_of(mesh(), f.end, target_.before);
-      ++known;
-    }
-    if (known > 0) motion = (1.0 / known) * motion;
-    double most = 0;
-    target_.boxes.refresh(mesh(), target_.position);
-    target_.boxes.for_each([&](const Box3& b) { return boxes_meet(box, b); },
-                           [&](F f) {
-                             for (const int k : kCorners)
-                               if (const V v = mesh().from(CollisionMesh::corner(f, k)); is_known(v))
-                                 most = std::max(most, norm(at(v) - target_.before[v.index()] - motion));
-                           });
-    const bool still = most < cut::kPathStill * target_.complex.mean_root_edge;
-    return still ? 0 : std::min(2 * most, rounding_.carried());
-  }
-  bool is_known(V v) const { return v.index() < target_.before.size(); }
-  bool is_known(F f) const {
-    return std::all_of(std::begin(kCorners), std::end(kCorners),
-                       [&](int k) { return is_known(mesh().from(CollisionMesh::corner(f, k))); });
-  }
-
-  /// What went through the edge without being cut there lies behind its last place: it has come towards the blade, bends along it, or was passed while another
-  /// layer was cut. So an
-  /// arc that ends where the edge was, with no front there, goes on from there backwards; and where fronts lie along the blade, all arcs do.
-  void look_back(std::vector<BladeArc>& arcs, const std::vector<ArcFront>& fronts, bool along) {
-    const bool led =
-        !stroke_.through && std::any_of(arcs.begin(), arcs.end(), [&](const BladeArc& a) { return goes_on(a); });
-    // There is a front, or a lip that the arc is joined to.
-    const auto goes_on_there = [&](const BladeArc& a) {
-      const bool begins = a.begin.kind == Kind::kWas;
-      const Vec3 x = rounding_.rest(rest_point(mesh(), (begins ? a.begin : a.end).point));
-      return rounding_.nearest_border(begins ? a.faces.front() : a.faces.back(), x).exists() ||
-             std::any_of(old_.begin(), old_.end(),
-                         [&](const BladeFront& f) { return norm(rounding_.rest(f.end) - x) < rounding_.feature(); });
-    };
-    const auto loose = [&](const BladeArc& a) {
-      return (is_open(a) && was(a) && !led && !goes_on_there(a)) ||
-             (along && (is_front(a.begin) ? begins_along(a) : lies_along(a.faces.back(), cut::kPathLeans)));
-    };
-    if (!along && std::none_of(arcs.begin(), arcs.end(), loose)) return;
-    Strip longer = strip_;
-    longer.set_back(behind_);
-    const std::vector<BladeArc> others = find(longer, fronts);
-    std::vector<BladeArc> found;
-    const auto add = [&](const BladeArc& arc) {
-      if (std::none_of(found.begin(), found.end(), [&](const BladeArc& a) { return a.faces == arc.faces; }))
-        found.push_back(arc);
-    };
-    for (const BladeArc& other : others)
-      if (is_front(other.begin) && begins_along(other)) add(other);
-    for (const BladeArc& arc : arcs) {
-      if (!loose(arc)) {
-        add(arc);
-        continue;
-      }
-      if (is_front(arc.begin)) continue;
-      const bool flat = along && lies_along(arc.faces.back(), cut::kPathLeans);
-      const auto other = std::find_if(others.begin(), others.end(), [&](const BladeArc& o) {
-        return flat ? share_face(o, arc)
-                    : is_open(o) && !was(o) &&
-                          std::find(o.faces.begin(), o.faces.end(), arc.faces.front()) != o.faces.end();
-      });
-      const bool is_found = other != others.end();
-      if (is_found) {
-        BladeArc whole = *other;
-        whole.first = std::min(whole.first, arc.first);
-        // What it has more was passed before the move.
-        const ArcEnd& seen = arc.begin.kind == Kind::kWas ? arc.end : arc.begin;
-        if (!flat)
-          for (ArcEnd* e : {&whole.begin, &whole.end})
-            e->time = e->kind == seen.kind && e->border == seen.border ? seen.time : 0;
-        add(whole);
-      } else if (!flat) {  // along the blade it lies behind a front
-        add(arc);
-      }
-    }
-    arcs = std::move(found);
-  }
-
   /// Where a front's path turns, what it has cut stays, and it goes on from there; it turns off from a border only after it has been joined to it. True: one
   /// turns.
   bool bend(const std::vector<BladeArc>& arcs) {
@@ -394,14 +207,14 @@ class Sweep {
     std::vector<RestPoint> points = std::move(left_);
     left_.clear();
     opening_.forget_divided();
-    std::vector<ArcFront> fronts;
+    std::vector<MovingFront> fronts;
     std::vector<int> which;
     for (std::size_t i = 0; i < old_.size(); ++i)
       if (!used_[i] && finder_.locate(old_[i])) {
-        fronts.push_back(seen_front(old_[i]));
+        fronts.push_back(front(old_[i]));
         which.push_back(static_cast<int>(i));
       }
-    std::vector<BladeArc> arcs = find(strip_, fronts);
+    std::vector<BladeArc> arcs = find(fronts);
     for (RestPoint& p : points) {
       if (!finder_.locate(p, {})) continue;
       for (BladeArc& arc : arcs) {
@@ -427,6 +240,7 @@ class Sweep {
         time = std::max(time, arc.end.time);
         depth = arc.end.depth;
       } else {
+        if (is_done(arc)) continue;
         if (arc.begin.kind == Kind::kIs && arc.end.kind != Kind::kIs) arc.reverse();
         others.push_back(&arc);
       }
@@ -458,22 +272,39 @@ class Sweep {
     }
     // A sheet that the blade lies along is one layer.
     const std::size_t led = stroke_.ends.size();
+    const bool along = !stroke_.cut_along.empty() ||
+                       std::any_of(old_.begin(), old_.end(), [](const BladeFront& f) { return f.along; });
     for (BladeArc* arc : others)
-      if (lies_along(arc->faces.back(), stroke_.cut_along.empty() ? cut::kPathFlat : cut::kPathLeans)) follow(*arc);
+      if (lies_along(*arc, along ? cut::kPathLeans : cut::kPathFlat)) follow(*arc);
     // Beside those that lead on, none waits in a slit.
     if (led > 0)
       stroke_.ends.erase(std::remove_if(stroke_.ends.begin() + static_cast<std::ptrdiff_t>(led), stroke_.ends.end(),
                                         [](const BladeFront& f) { return f.in_slit; }),
                          stroke_.ends.end());
   }
-  bool lies_along(const BladeArc& arc) const { return lies_along(arc.faces.back(), cut::kPathFlat); }
-  /// A last strand may roll on its side: what has been cut along the blade stays so.
-  bool is_along(const BladeFront& f) const { return f.along || lies_along(f.end.face, cut::kPathLeans); }
+  /// Of a sheet that lies along the blade a place is cut once in a stroke, wherever its lips swing.
+  bool is_done(const BladeArc& arc) const {
+    if (stroke_.cut_along.empty() || !lies_along(arc.faces.back(), cut::kPathLeans)) return false;
+    const auto is_near = [&](Vec3 p) {
+      return std::any_of(stroke_.cut_along.begin(), stroke_.cut_along.end(), [&](const auto& chord) {
+        const Vec3 way = chord[1] - chord[0];
+        const double foot = dot(p - chord[0], way) / dot(way, way);
+        return foot >= 0 && foot <= 1 &&
+               norm(p - lerp(chord[0], chord[1], foot)) < cut::kPathDone * target_.complex.mean_root_edge;
+      });
+    };
+    return is_near(rounding_.rest(stop_of(arc.begin))) && is_near(rounding_.rest(stop_of(arc.end))) &&
+           std::all_of(arc.crossings.begin(), arc.crossings.end(),
+                       [&](const ArcCrossing& c) { return is_near(rounding_.rest(c)); });
+  }
+  bool lies_along(const BladeArc& a, double cosine) const {
+    return lies_along(a.faces.front(), cosine) || lies_along(a.faces.back(), cosine);
+  }
   bool begins_along(const BladeArc& a) const {
     return old_[kerf::at(a.begin.front)].along || lies_along(a.faces.front(), cut::kPathLeans);
   }
   bool lies_along(F face, double cosine) const {
-    return kerf::lies_along(mesh(), target_.position, face, strip_.along, cosine);
+    return kerf::lies_along(mesh(), target_.position, face, move_.is.along, cosine);
   }
 
   /// Along a sheet an edge comes to what lies ahead of a front when that is deep enough, not at once: until then the front waits at the tip of its slit.
@@ -481,25 +312,17 @@ class Sweep {
     return f.along && f.start.kind == Stop::Kind::kVertex &&
            (!mesh().on_border(f.start.vertex) || rounding_.may_pass(f.start.vertex));
   }
-  /// A sheet that lies along the edge is cut once at each place of the edge, wherever its lips are now. With `through` there may be another below it.
-  void note_done() {
-    const Vec2 margin{0, rounding_.carried()};
-    for (const auto& [a, b] : stroke_.cut_along) {
-      const Vec2 p = strip_.local(at(a)), q = strip_.local(at(b));
-      strip_.done.push_back({Vec2{std::min(p.x, q.x), std::min(p.y, q.y)} - margin,
-                             Vec2{std::max(p.x, q.x), std::max(p.y, q.y)} + margin});
-    }
-  }
-
-  /// How far the lips of an arc will lie beside the strip.
+  /// How far the lips of an arc will lie beside what the edge has swept.
   void note_leaning(const BladeArc& arc) {
-    if (!target_.complex.closed || strip_.stands || arc.crossings.empty()) return;
+    if (!target_.complex.closed || arc.crossings.empty() || arc.closed) return;
+    const Vec3 swept = normalized(
+        cross(move_.is.along, place(rest_point(mesh(), arc.end.point)) - place(rest_point(mesh(), arc.begin.point))));
     for (const F face : arc.faces) {
       if (lies_along(face, cut::kPathFlat)) continue;
       const H h = CollisionMesh::corner(face, 0);
       const std::array<V, 3> v = {mesh().from(h), mesh().to(h), mesh().apex(h)};
       const double half = (norm(mesh().offset[v[0]]) + norm(mesh().offset[v[1]]) + norm(mesh().offset[v[2]])) / 3;
-      const double sine = std::abs(dot(normalized(cross(at(v[1]) - at(v[0]), at(v[2]) - at(v[0]))), strip_.normal));
+      const double sine = std::abs(dot(normalized(cross(at(v[1]) - at(v[0]), at(v[2]) - at(v[0]))), swept));
       const double distance = half * sine / std::sqrt(1 - sine * sine);
       if (distance > leaning_.distance)
         leaning_ = {distance, (1.0 / 3) * (mesh().rest[v[0]] + mesh().rest[v[1]] + mesh().rest[v[2]])};
@@ -658,12 +481,19 @@ class Sweep {
   /// The edge comes down on its length: two fronts.
   void cut_to_both_sides(const BladeArc& arc) {
     const RestPoint ends[2] = {rest_point(mesh(), arc.begin.point), rest_point(mesh(), arc.end.point)};
-    if (!open(rounding_.stops_of({}, arc, {}), {})) return;
-    const std::vector<V>& made = opening_.made();
-    const V starts[2] = {made.front(), made.back()}, before[2] = {made.size() > 1 ? made[1] : V{}, before_last()};
+    const std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
+    Stop starts[2] = {stops.front(), stops.back()};
+    V before[2];
+    if (open(stops, {})) {
+      const std::vector<V>& made = opening_.made();
+      starts[0] = Stop::at_vertex(made.front()), starts[1] = Stop::at_vertex(made.back());
+      before[0] = made.size() > 1 ? made[1] : V{}, before[1] = before_last();
+    } else if (!opening_.only_crumbs() || !starts[0].border(mesh()).valid() || !starts[1].border(mesh()).valid()) {
+      return;  // else both fronts go on from lips
+    }
     for (int k = 0; k < 2; ++k) {
-      BladeFront f{Stop::at_vertex(starts[k]), before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {},
-                   BesideBorder::none(),       along_};
+      BladeFront f{starts[k], before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {}, BesideBorder::none(),
+                   along_};
       finder_.note(f);
       stroke_.ends.push_back(std::move(f));
     }
@@ -672,12 +502,8 @@ class Sweep {
   bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false, bool needed = true) {
     if (!(needed ? opening_.open(stops, drawn, closed) : opening_.open_if_possible(stops, drawn))) return false;
     if (leads_ && along_ && !stroke_.through)
-      for (std::size_t i = 1; i < opening_.made().size(); ++i) {
-        // What crosses the blade is cut at one place of the edge only, and says nothing of others.
-        const V a = opening_.made()[i - 1], b = opening_.made()[i];
-        const Vec2 way = strip_.local(at(b)) - strip_.local(at(a));
-        if (std::abs(way.x) > std::abs(way.y)) stroke_.cut_along.push_back({a, b});
-      }
+      for (std::size_t i = 1; i < opening_.made().size(); ++i)
+        stroke_.cut_along.push_back({mesh().rest[opening_.made()[i - 1]], mesh().rest[opening_.made()[i]]});
     return dirty_ = true;
   }
 
@@ -734,16 +560,6 @@ class Sweep {
                        [&](Vec3 p) { return norm(is - p) < rounding_.feature(); });
   }
 
-  /// On what way a front's path came to it, at rest: material that folds at the blade has no other. It matters only along the blade, where no time tells if
-  /// material moves.
-  Vec3 way_of(const BladeFront& f) const {
-    if (!(behind_ > 0) || !is_along(f)) return {};
-    const Vec3 is = rounding_.rest(f.end);
-    for (const V v : {f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{}, f.before})
-      if (v.valid() && norm(is - rounding_.rest(v)) > rounding_.feature()) return is - rounding_.rest(v);
-    return is - f.came;
-  }
-
   /// A point in the middle of an arc.
   RestPoint middle(const BladeArc& arc) const {
     const std::size_t k = arc.faces.size() / 2;
@@ -762,14 +578,12 @@ class Sweep {
   PathRounding rounding_;
   FrontFinder finder_;
   PathOpening opening_;
-  std::size_t vertices_before_;  // the move
-  int busy_ = 0;                 // arcs whose faces were never free
-  UncutPath uncut_;              // the first of them
+  const std::vector<Vec3>& before_;  // where vertices were at the last pose
+  std::size_t vertices_before_;      // the move
+  int busy_ = 0;                     // arcs whose faces were never free
+  UncutPath uncut_;                  // the first of them
   LeaningCut leaning_;
-  Strip strip_;
-  BladeEdge to_;
-  std::optional<double> moved_;  // what moved_behind() said
-  double behind_ = 0;            // metres behind the last place that are looked at
+  BladeMove move_;
   bool dirty_ = false;
   bool leads_ = false;           // what is opened is not provisional
   bool along_ = false;           // the arc at work, or its front, has come through a sheet that lies along the blade
@@ -779,10 +593,11 @@ class Sweep {
   std::vector<RestPoint> left_;  // one of each arc whose faces another has divided
 };
 
-double turn(const BladeEdge& a, const BladeEdge& b) {
-  const Vec3 da = normalized(a.tip - a.base), db = normalized(b.tip - b.base);
-  return std::acos(std::clamp(dot(da, db), -1.0, 1.0));
+BladeEdge part_of(const BladeEdge& from, const BladeEdge& to, int i, int parts) {
+  const double t = static_cast<double>(i) / parts;
+  return i == parts ? to : BladeEdge{lerp(from.base, to.base, t), lerp(from.tip, to.tip, t)};
 }
+double angle(Vec3 a, Vec3 b) { return std::acos(std::clamp(dot(normalized(a), normalized(b)), -1.0, 1.0)); }
 
 }  // namespace
 
@@ -803,14 +618,33 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
   if (!stroke.started) {
     stroke.started = stroke.standing = true;
     stroke.edge = edge;
+    stroke.posed = frame_of(edge);
     return total;
   }
-  const BladeEdge from = stroke.edge;
-  const int parts = std::clamp(static_cast<int>(std::ceil(turn(from, edge) / cut::kPathTurn)), 1, 64);
+  std::vector<Vec3>*const before = target.before, *const now = &target.position;
+  if (before) before->insert(before->end(), now->begin() + static_cast<std::ptrdiff_t>(before->size()), now->end());
+  const BladeEdge from = stroke.posed.edge();
+  const double reach = cut::kMoveReach * target.complex.mean_root_edge;
+  const Mat3 rotation = before ? rotation_near({*before, *now}, from, edge, reach) : Mat3{};
+  const double turn = angle(rotation * (from.tip - from.base), edge.tip - edge.base);
+  const int parts = std::clamp(static_cast<int>(std::ceil(turn / cut::kPathTurn)), 1, 64);
+  if (!before || parts == 1) {
+    for (int i = 1; i <= parts; ++i)
+      if (const BladeEdge to = part_of(from, edge, i, parts); norm(to.tip - to.base) > 0)
+        total += before ? Sweep(stroke, target, std::array{before}).lead(to) : Sweep(stroke, target).lead(to);
+    return total;
+  }
+  // Material goes along evenly.
+  std::vector<Vec3> first = *before, last = *now;
+  const std::array others{before, &first, &last};
   for (int i = 1; i <= parts; ++i) {
-    const double t = static_cast<double>(i) / parts;
-    const BladeEdge to = i == parts ? edge : BladeEdge{lerp(from.base, edge.base, t), lerp(from.tip, edge.tip, t)};
-    if (norm(to.tip - to.base) > 0) total += Sweep(stroke, target).lead(to);
+    const BladeEdge to = part_of(from, edge, i, parts);
+    if (!(norm(to.tip - to.base) > 0)) continue;
+    for (std::size_t v = 0; v < last.size(); ++v)
+      (*now)[v] = i == parts ? last[v] : lerp(first[v], last[v], static_cast<double>(i) / parts);
+    target.boxes.forget();
+    total += Sweep(stroke, target, others).lead(to);
+    *before = *now;
   }
   return total;
 }

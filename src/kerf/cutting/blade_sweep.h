@@ -21,6 +21,7 @@
 #include "kerf/base/vec.h"
 #include "kerf/cutting/blade_edge.h"
 #include "kerf/cutting/blade_front.h"
+#include "kerf/cutting/blade_move.h"
 #include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/face_boxes.h"
@@ -31,15 +32,16 @@ namespace kerf {
 
 /// One stroke of a blade: its state between poses. Plain data.
 struct BladeStroke {
-  BladeEdge edge;         ///< the last pose
+  BladeEdge edge;         ///< the last pose; the caller may move it, what is cut goes by `posed`
+  BladeFrame posed;       ///< the last pose that it was led to, when vertices were `SweepTarget::before`
   bool started = false;   ///< `edge` holds a pose
   bool standing = false;  ///< `edge` is the first pose: what it goes through there is stabbed by the first move
   bool through = false;   ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
   std::vector<PassedRim> passed;  ///< per front, or empty: the rim that the edge has gone by, or none; the caller's
-  std::vector<std::array<CollisionVertex, 2>>
-      cut_along;             ///< chords opened in sheets that lie along the blade, but for provisional ones
+  std::vector<std::array<Vec3, 2>>
+      cut_along;             ///< chords, at rest, of sheets that lie along the blade, but for provisional ones
   std::vector<Vec3> began;   ///< places inside the body, at rest, where paths of the stroke began
   bool provisional = false;  ///< there is work after `mark`, to be taken back before the next pose
   JournalMark mark;          ///< of the caller's journal
@@ -68,14 +70,15 @@ struct SweepReport {
 };
 
 /// What the sweep works on. `position` holds the deformed position of every collision vertex, metres; the sweep appends
-/// those of new vertices.
+/// those of new vertices, to `before` too.
 struct SweepTarget {
   CellComplex& complex;
   std::vector<Vec3>& position;
   FaceBoxes& boxes;  ///< at `position`; the sweep marks what it cuts, the caller what rolling back and others change
   CutScratch& scratch;
   const CutOptions& options;
-  std::span<const Vec3> before;  ///< `position` at the last pose; empty: nothing has moved since
+  std::vector<Vec3>* before =
+      nullptr;  ///< `position` at the last pose (BladeStroke::posed), of the first vertices or all; null: nothing has moved since
 };
 
 /// Moves the blade from its last pose to `edge` (see check_edge), and cuts what it meets on the way up to the last edges that the paths

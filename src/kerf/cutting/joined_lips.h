@@ -1,10 +1,9 @@
-// Lips may have come apart since they were cut. A rollback that joins them puts their vertex between them: where the end of the cut lies on the
-// blade, or midway.
+// Lips may have come apart since they were cut. A rollback that joins them puts their vertex midway between them.
 //
 //      ___     ___              ___ ___
 //     |   a   b   |      ->    |   x   |      b: the vertex that stays
 //     |    \ /    |            |   |   |
-//        end  blade            end = blade
+//        end                      end
 //
 #pragma once
 
@@ -14,7 +13,6 @@
 
 #include "kerf/base/vec.h"
 #include "kerf/binding/cell_complex.h"
-#include "kerf/cutting/blade_sweep.h"
 
 namespace kerf {
 
@@ -29,8 +27,7 @@ struct JoinedLips {
 std::vector<JoinedLips> find_joined_lips(const CollisionMesh& mesh, decltype(CollisionMesh::origin)::Mark origin,
                                          std::size_t vertices, std::span<const Vec3> position);
 
-/// After it: moves the vertices between their lips. Midway: where no end begins, or its face has no such corner.
-void place_joined_lips(const CellComplex& complex, std::span<const JoinedLips> lips, const BladeStroke& stroke,
-                       std::span<Vec3> position);
+/// After it: moves the vertices midway between their lips.
+void place_joined_lips(std::span<const JoinedLips> lips, std::span<Vec3> position);
 
 }  // namespace kerf

@@ -270,10 +270,14 @@ void PathOpening::end() {
     const auto birth =
         std::lower_bound(births.begin(), births.end(), V(i), [](const VertexBirth& b, V id) { return b.vertex < id; });
     KERF_ASSERT(birth != births.end() && birth->vertex == V(i));
-    Vec3 p;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (birth->parent[k].valid()) p += birth->weight[k] * ground_.position[birth->parent[k].index()];
-    ground_.position.push_back(p);
+    const auto append_to = [&](std::vector<Vec3>& places) {
+      Vec3 p;
+      for (std::size_t k = 0; k < 3; ++k)
+        if (birth->parent[k].valid()) p += birth->weight[k] * places[birth->parent[k].index()];
+      places.push_back(p);
+    };
+    append_to(ground_.position);
+    for (std::vector<Vec3>* other : ground_.others) append_to(*other);
   }
 }
 

@@ -11,11 +11,13 @@
 
 namespace kerf {
 
-/// What paths are cut in. `position`: of all collision vertices, metres; those of new vertices are appended. `boxes`: there; faces that are cut are marked.
+/// What paths are cut in. `position`: of all collision vertices, metres; those of new vertices are appended, here and to `others`. `boxes`: there; faces
+/// that are cut are marked.
 struct PathGround {
   cut::CutContext& cut;
   std::vector<Vec3>& position;
   FaceBoxes& boxes;
+  std::span<std::vector<Vec3>* const> others{};  ///< of the same vertices at other times
 };
 
 class PathOpening {

@@ -31,7 +31,7 @@ PathRounding::PathRounding(const CollisionMesh& mesh, const CutOptions& options,
     : mesh_(mesh), feature_(std::max(options.minimum_feature, kLeastFeature) * mean_edge),
       near_(cut::kPathNear * feature_), beside_(cut::kBesideReach * feature_),
       short_(cut::kShortCollisionEdge * cut::kLeastCollisionEdge * feature_), outside_(cut::kPathOutside * mean_edge),
-      mouth_(cut::kPathMouth * feature_), carried_(cut::kPathCarried * mean_edge), fan_(cut::kPathFan * feature_) {}
+      mouth_(cut::kPathMouth * feature_), fan_(cut::kPathFan * feature_) {}
 
 double PathRounding::foot(H h, Vec3 x) const {
   const Vec3 a = rest(mesh_.from(h)), d = rest(mesh_.to(h)) - a;

@@ -32,9 +32,6 @@ class PathRounding {
   }  ///< an arc so near to a lip is that lip, an end so near to a border is on it
   [[nodiscard]] double outside() const { return outside_; }  ///< what rounding may put a point outside of its face
   [[nodiscard]] double beside() const { return beside_; }    ///< a border so near to a path runs beside it
-  [[nodiscard]] double carried() const {
-    return carried_;
-  }  ///< how far material may have moved towards the blade between two poses
 
   [[nodiscard]] Vec3 rest(CollisionVertex v) const { return mesh_.rest[v]; }
   [[nodiscard]] Vec3 rest(const RestPoint& p) const { return place_of(mesh_, p, mesh_.rest.raw()); }
@@ -121,7 +118,7 @@ class PathRounding {
             bool in_slit) const;
 
   const CollisionMesh& mesh_;
-  double feature_, near_, beside_, short_, outside_, mouth_, carried_, fan_;
+  double feature_, near_, beside_, short_, outside_, mouth_, fan_;
   static constexpr BesideBorder kNone = BesideBorder::none();
 };
 

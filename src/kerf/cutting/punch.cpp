@@ -278,7 +278,7 @@ Result<PunchCut> cut_punch(CellComplex& body, std::vector<Vec3>& position, const
           "punch: a reach of {:.3g} m is too short for an edge there; give it half the depth of what it goes through, or leave it out",
           punch.reach));
     FaceBoxes boxes;
-    SweepTarget target{body, position, boxes, scratch, options, {}};
+    SweepTarget target{body, position, boxes, scratch, options};
     const SweepReport swept = cut_along(edges, true, target);
     PunchCut cut;
     cut.opened_edges = swept.steps;

@@ -64,15 +64,6 @@ inline constexpr double kLeastCollisionEdge = 0.02;
 /// edges get half as short as they should; at double, only shreds have 6 % fewer faces.
 inline constexpr double kShortCollisionEdge = 6;
 
-/// Of the coordinates: rounding of distances to the strip of a move. At half or double, or a hundred thousand times it, arcs are the same: faces
-/// beyond are looked for again when arcs are linked.
-inline constexpr double kArcMargin = 1e-9;
-/// Of a move: rounding of the time when the edge passes; what is passed so late lies where the edge is. Half or double is rounding too; at a tenth,
-/// ends on a border count as ends inside.
-inline constexpr double kArcNow = 1e-9;
-/// Of the edge: a shorter arc that is passed at the very end has only begun. At half or double an end that waits on a border begins a move earlier or
-/// later.
-inline constexpr double kArcShort = 1e-6;
 /// Minimum features: an arc so near to a lip is that lip, an end so near to a border is on it. Just over one, so that what has been rounded by a minimum
 /// feature is still near itself. At half, cuts along a lip leave slivers and closed strokes stay open; at double, teeth of a comb are severed.
 inline constexpr double kPathNear = 1.1;
@@ -97,14 +88,9 @@ inline constexpr double kBeside = 0.9;
 inline constexpr double kReflex = 3.927;
 /// Mean root edges: what rounding may put a point outside of its face. Half or double is rounding too; at a hundredth, points on edges are in no face.
 inline constexpr double kPathOutside = 1e-6;
-/// Mean root edges at rest between the tip of a cut and the arc that its front is tied to. Half or double: the same strokes.
-inline constexpr double kTied = 1;
-/// Mean root edges that material may have been carried towards a blade, or a front beside its strip, between two poses. At half, bodies that rise fast
-/// against a blade are stabbed in place of led in; at double, what another arc has cut is taken for a front's own.
-inline constexpr double kPathCarried = 0.5;
-/// Mean root edges that a sheet along the blade moves otherwise than its fronts between two poses, below which it keeps still: nothing is looked for behind the blade. Half or double:
-/// the same strokes. At zero, cuts in sheets that lean along the blade run on past their turns; at 0.002, strips that bend on an edge keep their last strand.
-inline constexpr double kPathStill = 1e-4;
+/// Mean root edges at rest beside a cut along a sheet, within which its stroke cuts nothing more. At half and at double as many knives that are pressed
+/// flat part a slab; at zero, lips that swing over the edge lose slivers.
+inline constexpr double kPathDone = 0.25;
 /// Faces around a point that are looked at. At half, crowded places are not seen whole; at double nothing more is.
 inline constexpr int kFacesAround = 64;
 /// Part of the way to the next border in front of a wall that its vertices may stray, at mid-depth and per distance from the skin. Two walls that face each
@@ -124,8 +110,6 @@ inline constexpr int kSameLip = 8;
 inline constexpr double kPathFlat = 0.1;
 /// The same, below which it may bend along the blade between two poses, so that the edge's last place does not tell what has been cut.
 inline constexpr double kPathLeans = 0.3;
-/// Mean root edges that a move counts as at least. Half or double, or a thousand times it, is rounding.
-inline constexpr double kPathLeastMove = 1e-9;
 /// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
 /// changes.
 inline constexpr int kPathTries = 8;
@@ -170,9 +154,11 @@ inline constexpr double kBowReach = 0.5;
 inline constexpr int kLeadFaces = 96;
 /// Of the reach of a way led over the mesh: what one more edge costs. Half or double is the same: of ways that are as straight the shortest is taken.
 inline constexpr double kLeadStep = 1e-3;
-/// Cosine of 45 degrees: an arc in line with the way on which a front came goes on from it. At half, arcs nearly across that way count too; at
-/// double none does, and a front may turn back into its slit.
-inline constexpr double kArcInLine = 0.7071;
+/// Mean root edges from a blade within which vertices say how the material turns and stretches there. Half or double: the same strokes of moving bodies.
+inline constexpr double kMoveReach = 2;
+/// Steps of Newton's method to how material turns, from rest. At half, material that turns by a right angle in one move is taken to turn less; at double
+/// nothing changes.
+inline constexpr int kMoveIterations = 10;
 /// Part of its square of what material spreads across a blade, as an area: from there on it is a line, and does not say how it turns. Half or double: the
 /// same arcs of random sheets.
 inline constexpr double kMoveFlat = 1e-6;
@@ -181,6 +167,9 @@ inline constexpr double kMoveSqueezes = 0.1;
 /// Margins of a punch that a triangle's box lies beside that of the outline, so that the triangle is well outside without its depths: one, and rounding.
 /// Half: triangles count so that the margin is to spare, and pieces inside hang on. Double: depths say the same, for more work.
 inline constexpr double kPunchFar = 1 + 1e-6;
+/// Of how far a blade is from the origin: what a box is grown by that is asked whether the blade passes it. Half or double is rounding too; at zero, a face that
+/// only touches the blade's line may be missing where its neighbour is found, and an arc breaks off.
+inline constexpr double kMoveRounding = 1e-12;
 /// Material that turns less in a move keeps still. Half or double is rounding.
 inline constexpr double kMoveStill = 1e-9;
 

@@ -209,12 +209,13 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
                                        mark_of(state.body, blade.mark, mesh.rest).size, sweep_positions);
     rollback_to(blade.mark);
     sweep_positions.resize(mesh.vertex_count());
-    place_joined_lips(state.body.complex, lips, blade, sweep_positions);
+    place_joined_lips(lips, sweep_positions);
     blade.provisional = false;
   }
   std::vector<Vec3>& before = state.stroke->places;
   before.resize(std::min(before.size(), sweep_positions.size()));
-  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options, before};
+  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes,
+                     cut_scratch,        cut_options,     before.empty() ? nullptr : &before};
   SweepReport report = gone_by ? part_strands(blade, edge, target) : lead_blade(blade, edge, target);
   if (report.changed || !taken_back) {
     trouble = follow_complex(following);
@@ -226,7 +227,12 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   state.stroke->uncut_end = ends.uncut;
   report += ends;
   if (report.leaning.distance > state.stroke->leaning.distance) state.stroke->leaning = report.leaning;
-  if (state.stroke->frame == SceneFrame::kWorld) before = sweep_positions;
+  if (state.stroke->frame == SceneFrame::kWorld) {
+    // Led no farther, the blade has still to cut what it has passed since.
+    if (!gone_by) before.clear();
+    const auto known = static_cast<std::ptrdiff_t>(before.size());
+    before.insert(before.end(), sweep_positions.begin() + known, sweep_positions.end());
+  }
   if (trouble) trouble = follow_complex(following);
   if (!trouble) {
     // What follows the meshes could not; the body goes back to where the stroke began.

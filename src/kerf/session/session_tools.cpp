@@ -306,8 +306,9 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const ToolEdge edge = tool_edge(tool, motion.jaws(until));
   const BladeEdge now{place.to_world(edge.base), place.to_world(edge.tip)};
   const BladeEdge before = motion.placed ? BladeEdge{motion.base, motion.tip} : now;
-  motion.base = now.base;
-  motion.tip = now.tip;
+  const BladeEdge last = motion.placed ? BladeEdge{motion.last_base, motion.last_tip} : now;
+  motion.base = motion.last_base = now.base;
+  motion.tip = motion.last_tip = now.tip;
   motion.placed = true;
   const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
   const bool another = state.stroke && !own;
@@ -371,6 +372,7 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     state.stroke->tool = static_cast<std::int32_t>(i);
     KERF_TRY(move_blade(before + motion.carried));
     state.stroke->places = before_mechanics;  // the tool was there before this step
+    state.stroke->blade.posed = frame_of(last);
     // What it pressed with until the material gave way it goes on to press with: else it would fall into the cut.
     motion.press = resisted ? kPress * state.body.complex.mean_root_edge * (place.axes * edge.forward) : Vec3{};
     motion.pressed = false;

@@ -1,6 +1,7 @@
 // Blades through deformed, moving meshes: where they cut, that nothing breaks, and that what is provisional leaves no trace.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -66,6 +67,27 @@ TEST(BladeSweep, StraightAcrossASheetMakesTwoPieces) {
     b.vertical(-0.2, 0.43);
     b.vertical(1.2, 0.47);
     EXPECT_EQ(b.pieces(), 2);
+  }
+}
+
+// A stroke that crosses a cut divides both of its lips. Contact takes vertices of lips at one place for one place.
+TEST(BladeSweep, CrossesBothLipsAtOnePlaceToTheBit) {
+  Random random(4);
+  for (int i = 0; i < 40; ++i) {
+    Bench b(sheet_65_mesh());
+    for (int k = 0; k < 4; ++k) {
+      const bool across = k % 2 == 0;
+      for (const double end : {-0.1, 1.1}) {
+        const double other = random.uniform(0.1, 0.9);
+        b.vertical(across ? end : other, across ? other : end);
+      }
+      lift_blade(b.stroke);
+    }
+    std::vector<Vec3> places = b.body.collision.rest.raw();
+    std::sort(places.begin(), places.end(), is_less);
+    for (std::size_t v = 1; v < places.size(); ++v)
+      for (std::size_t w = v; w-- > 0 && places[v].x - places[w].x < 1e-12;)
+        EXPECT_TRUE(places[v] == places[w] || norm(places[v] - places[w]) > 1e-12) << i;
   }
 }
 

@@ -69,6 +69,9 @@ constexpr Vec3f lerp(Vec3f a, Vec3f b, double t) {
   return {a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.z + s * (b.z - a.z)};
 }
 
+/// One order of places: by x, then y, then z.
+constexpr bool is_less(Vec3 a, Vec3 b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; }
+
 /// 3 x 3 matrix, columns c[0..2]: (m * v) = v.x c[0] + v.y c[1] + v.z c[2].
 struct Mat3 {
   std::array<Vec3, 3> c{Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};

@@ -86,9 +86,9 @@ class Search {
 
   // ---- through one face
 
-  /// Where the blade crosses an edge that it crosses once: the same bits for both faces.
+  /// Where the blade crosses an edge that it crosses once: the same bits for both faces, and for both lips of a cut.
   Gate on_edge(H h) const {
-    const bool turned = mesh_.to(h) < mesh_.from(h);
+    const bool turned = is_less(mesh_.rest[mesh_.to(h)], mesh_.rest[mesh_.from(h)]);
     const Passing &from = corners_[at(h.value % 3)], &to = corners_[at((h.value + 1) % 3)], &p = turned ? to : from,
                   &q = turned ? from : to;
     // Both ends are in line with the blade: (1 - t)^2 first + t (1 - t) middle + t^2 last = 0.
@@ -107,6 +107,7 @@ class Search {
     }
     gate.edge = h;
     gate.depth = p.depth(gate.time) + gate.fraction * (q.depth(gate.time) - p.depth(gate.time));
+    gate.fraction = 1 - (1 - gate.fraction);  // so that this can be turned
     if (turned) gate.fraction = 1 - gate.fraction;
     gate.weights[at(h.value % 3)] = 1 - gate.fraction;
     gate.weights[at((h.value + 1) % 3)] = gate.fraction;

@@ -131,8 +131,10 @@ V split_collision_edge(CutContext& cut, H h, double t) {
   // The collision mesh.
   const std::array<PoolRun, 2> lists = mesh.free[f];
   const std::array<PoolRun, 2> lists_right = g.valid() ? mesh.free[CollisionMesh::face(g)] : kNoRuns;
-  const V m = append_collision_vertex(body, lerp(mesh.rest[a], mesh.rest[b], t),
-                                      lerp(mesh.offset[a], mesh.offset[b], t), bound);
+  // At the same place to the bit as the vertex that cuts the other lip there.
+  const Vec3 place = is_less(mesh.rest[b], mesh.rest[a]) ? lerp(mesh.rest[b], mesh.rest[a], 1 - t)
+                                                         : lerp(mesh.rest[a], mesh.rest[b], t);
+  const V m = append_collision_vertex(body, place, lerp(mesh.offset[a], mesh.offset[b], t), bound);
   if (line.exists()) mesh.line.set(m, line);
   cut.scratch.note_birth({m, {a, b, V{}}, {1 - t, t, 0}});
   const std::array<PoolRun, 2> moved_chain = mesh.chain[hn];

@@ -108,7 +108,8 @@ inline constexpr int kSameLip = 8;
 /// Cosine between a face and the blade, below which the blade lies along it. At half, chops of vaults cut one of two layers; at double, blades that lean
 /// over far cut what they only pass.
 inline constexpr double kPathFlat = 0.1;
-/// The same, below which it may bend along the blade between two poses, so that the edge's last place does not tell what has been cut.
+/// The same, from the first cut along the blade in a stroke on: what rolls on its side before it gives way is still cut. At half, strips that are held far from the
+/// blade hang on by strands; at double, what an edge passes of a sheet that it leans over is cut as well.
 inline constexpr double kPathLeans = 0.3;
 /// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
 /// changes.
@@ -117,7 +118,7 @@ inline constexpr int kPathTries = 8;
 inline constexpr int kPathBends = 2;
 /// Parts of a move that count as different times. At half or double the order of layers that are met at once is by rounding.
 inline constexpr double kPathMoments = 1e7;
-/// Radians: a strip that turns less is flat. At half, twice the work; at double, curved strips are cut beside their place by a hundredth of the blade.
+/// Radians: a blade that turns less against the material goes straight through it. At half, twice the work; at double, curved strips are cut beside their place by a hundredth of the blade.
 inline constexpr double kPathTurn = 0.05;
 /// Mean root edges squared: of a smaller piece it is looked at whether it is a crumb. At half, slivers of a third of an edge are let through unseen; at
 /// double, each cut costs a few faces more.
@@ -156,22 +157,22 @@ inline constexpr int kLeadFaces = 96;
 inline constexpr double kLeadStep = 1e-3;
 /// Mean root edges from a blade within which vertices say how the material turns and stretches there. Half or double: the same strokes of moving bodies.
 inline constexpr double kMoveReach = 2;
-/// Steps of Newton's method to how material turns, from rest. At half, material that turns by a right angle in one move is taken to turn less; at double
-/// nothing changes.
+/// Steps of Newton's method to how material turns, from rest. At half, what turns by more than 2 radians in one move is taken to turn less; as it is, by more
+/// than 2.5; at double, by more than 3.
 inline constexpr int kMoveIterations = 10;
 /// Part of its square of what material spreads across a blade, as an area: from there on it is a line, and does not say how it turns. Half or double: the
 /// same arcs of random sheets.
 inline constexpr double kMoveFlat = 1e-6;
 /// Of its size: material that is squeezed more across the blade in one move, or stretched as much, does not say how it turns. Half or double: the same.
 inline constexpr double kMoveSqueezes = 0.1;
-/// Margins of a punch that a triangle's box lies beside that of the outline, so that the triangle is well outside without its depths: one, and rounding.
-/// Half: triangles count so that the margin is to spare, and pieces inside hang on. Double: depths say the same, for more work.
-inline constexpr double kPunchFar = 1 + 1e-6;
 /// Of how far a blade is from the origin: what a box is grown by that is asked whether the blade passes it. Half or double is rounding too; at zero, a face that
 /// only touches the blade's line may be missing where its neighbour is found, and an arc breaks off.
 inline constexpr double kMoveRounding = 1e-12;
 /// Material that turns less in a move keeps still. Half or double is rounding.
 inline constexpr double kMoveStill = 1e-9;
+/// Margins of a punch that a triangle's box lies beside that of the outline, so that the triangle is well outside without its depths: one, and rounding.
+/// Half: triangles count so that the margin is to spare, and pieces inside hang on. Double: depths say the same, for more work.
+inline constexpr double kPunchFar = 1 + 1e-6;
 
 }  // namespace cut
 

@@ -108,8 +108,8 @@ inline constexpr int kSameLip = 8;
 /// Cosine between a face and the blade, below which the blade lies along it. At half, chops of vaults cut one of two layers; at double, blades that lean
 /// over far cut what they only pass.
 inline constexpr double kPathFlat = 0.1;
-/// The same, from the first cut along the blade in a stroke on: what rolls on its side before it gives way is still cut. At half, strips that are held far from the
-/// blade hang on by strands; at double, what an edge passes of a sheet that it leans over is cut as well.
+/// The same, from the first cut along the blade in a stroke on: what rolls on its side before it gives way is still cut. At half, two in a hundred strips that are
+/// held far from the blade hang on by strands; at double, the same strips and slabs part.
 inline constexpr double kPathLeans = 0.3;
 /// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
 /// changes.

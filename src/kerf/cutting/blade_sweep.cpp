@@ -482,6 +482,7 @@ class Sweep {
   void cut_to_both_sides(const BladeArc& arc) {
     const RestPoint ends[2] = {rest_point(mesh(), arc.begin.point), rest_point(mesh(), arc.end.point)};
     const std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
+    if (stops.empty()) return;
     Stop starts[2] = {stops.front(), stops.back()};
     V before[2];
     if (open(stops, {})) {

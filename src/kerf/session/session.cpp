@@ -552,8 +552,8 @@ std::uint64_t Session::hash() const {
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
     hash.add(std::array<std::int32_t, 7>{t.inside, t.in_slit, t.holding, t.placed, t.pressed, t.jaw_pushes[0],
                                          t.jaw_pushes[1]});
-    hash.add(
-        std::array<Vec3, 8>{t.base, t.tip, t.carried, t.press, t.force, t.torque, t.resistance, t.resistance_torque});
+    hash.add(std::array<Vec3, 10>{t.base, t.tip, t.last_base, t.last_tip, t.carried, t.press, t.force, t.torque,
+                                  t.resistance, t.resistance_torque});
     hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }
   return hash.value();

@@ -148,7 +148,7 @@ Off compare(const Sheet& s, const std::vector<BladeArc>& arcs, const Truth& trut
 
 std::vector<BladeArc> arcs_of(const Sheet& s, const BladeEdge& from, const BladeEdge& to, const Truth& truth) {
   std::vector<MovingFront> fronts;
-  for (const FacePoint& p : truth.first) fronts.push_back({s.place(p, s.now)});
+  for (const FacePoint& p : truth.first) fronts.push_back({s.place(p, s.mesh().rest.raw()), s.place(p, s.now)});
   return s.find(BladeMove::make(frame_of(from), to), fronts, 1e-6 * s.edge);
 }
 /// A smooth field: four random waves.
@@ -486,6 +486,22 @@ TEST(BladeArcs, ThroughWhatStretchesEvenlyAreStraight) {
       const std::vector<Vec3> p = s.points(arc);
       for (const Vec3 x : p) EXPECT_LT(distance(x, p.front(), p.back()), 1e-6 * s.edge) << "move " << i;
     }
+  }
+}
+
+// A front may stand a feature beside where the blade was, at rest, however far the material is stretched.
+TEST(BladeArcs, BeginAtFrontsThatAreNearAtRest) {
+  Sheet s(plain_grid_mesh(8, 8));
+  for (std::size_t v = 0; v < s.now.size(); ++v) s.before[v] = s.now[v] = 3 * s.mesh().rest[V(v)];
+  const double near = 0.02 * s.edge;
+  const auto edge_at = [](Vec3 rest) { return BladeEdge{3 * rest - Vec3{0, 0, 1}, 3 * rest + Vec3{0, 0, 1}}; };
+  const Vec3 from{0.31, 0.33, 0}, to{0.7, 0.66, 0};
+  for (const double off : {-1.1, -0.9, 0.0, 0.9, 1.1}) {
+    const Vec3 rest = from + off * near * Vec3{0.6, -0.8, 0};
+    const std::vector<MovingFront> fronts{{rest, 3 * rest}};
+    const std::vector<BladeArc> arcs = s.find(BladeMove::make(frame_of(edge_at(from)), edge_at(to)), fronts, near);
+    ASSERT_EQ(arcs.size(), 1u);
+    EXPECT_EQ(arcs[0].begin.kind, std::abs(off) < 1 ? Kind::kFront : Kind::kWas) << off;
   }
 }
 

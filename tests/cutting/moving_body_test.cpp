@@ -84,8 +84,6 @@ struct Motion {
 /// A body whose positions are those of a motion at each pose. Between two poses nothing else is known.
 struct MovingBody : StrokeBody {
   using StrokeBody::StrokeBody;
-  bool edge_is_carried =
-      true;            ///< the material carries the blade's last place along, as tools of a session are (carry_edges)
   double carried = 0;  ///< so far has it been carried over the mesh from one pose to the next, at rest, metres
 
   void pose(const Motion& motion, const BladeEdge& edge, double before, double t) {
@@ -96,7 +94,6 @@ struct MovingBody : StrokeBody {
       const Vec3 p = body.collision.rest[v], d = motion.back(motion.at(p, before), t) - p;
       carried = std::max(carried, std::hypot(d.x, d.y));
     }
-    if (edge_is_carried && stroke.started) stroke.edge = motion.at(motion.back(stroke.edge, before), t);
     refused += move_blade(*this, edge).refused;
   }
   /// `edge_of`: of a place of the stroke at a time.
@@ -143,10 +140,8 @@ struct Budget {
 };
 
 /// Sets of strokes of all kinds, led over a sheet that moves; each in one of some numbers of poses a segment. `most`: radians or metres.
-void expect_parted(int kind_of_motion, const Budget& budget, bool edge_is_carried, double most,
-                   std::initializer_list<int> poses_of) {
+void expect_parted(int kind_of_motion, const Budget& budget, double most, std::initializer_list<int> poses_of) {
   MovingBody body("closed-sheet", 2500);
-  body.edge_is_carried = edge_is_carried;
   const double edge = body.body.mean_root_edge;
   const CollisionMesh mesh = body.body.collision;
   const StrokeSets sets(mesh, 1, edge);
@@ -192,19 +187,12 @@ void expect_parted(int kind_of_motion, const Budget& budget, bool edge_is_carrie
 class MovingBodyOracle : public ::testing::TestWithParam<int> {};
 
 // Pieces and walls are those of the strokes, however far the body moves between two poses.
-TEST_P(MovingBodyOracle, IsPartedAsIfItKeptStill) { expect_parted(GetParam(), Budget(5), true, 0.6, {1, 4, 40}); }
-// The same for a caller that does not carry the edge along.
-TEST_P(MovingBodyOracle, IsPartedTheSameIfNobodyCarriesTheEdgeAlong) {
-  expect_parted(GetParam(), Budget(3), false, 0.1, {40});
-}
-
-TEST_P(MovingBodyOracle, IsPartedHoweverFarItMovesInOnePose) {
-  expect_parted(GetParam(), Budget(5, 200), false, 0.6, {1});
-}
+TEST_P(MovingBodyOracle, IsPartedAsIfItKeptStill) { expect_parted(GetParam(), Budget(5), 0.6, {1, 4, 40}); }
+TEST_P(MovingBodyOracle, IsPartedHoweverFarItMovesInOnePose) { expect_parted(GetParam(), Budget(5, 200), 0.6, {1}); }
 
 // A drawn curve turned back on itself, and triangles of a path that had been taken back were divided in place of its own.
 TEST(MovingBody, ACurveThatTurnsBackGivesWayToItsChord) {
-  expect_parted(static_cast<int>(MotionKind::kWave), Budget(1, 5053), true, 0.6, {1, 4, 40});
+  expect_parted(static_cast<int>(MotionKind::kWave), Budget(1, 5053), 0.6, {1, 4, 40});
 }
 
 INSTANTIATE_TEST_SUITE_P(Motions, MovingBodyOracle, ::testing::Range(0, kStraight),
@@ -336,8 +324,7 @@ void expect_walls_where_the_blade_was(std::string_view model, MotionKind kind, i
         s.push_back({p.x, p.y});
       }
     }
-    b.edge_is_carried = random.index(3) > 0;
-    const int poses = b.edge_is_carried && random.index(2) ? 4 : 40;
+    const int poses = random.index(2) ? 4 : 40;
     b.make_whole();
     b.carried = 0;
     TriangleSoup swept;
@@ -354,8 +341,7 @@ void expect_walls_where_the_blade_was(std::string_view model, MotionKind kind, i
     const TriangleSoup walls = walls_of(b.body);
     const FarthestPlace stray = stray_of(walls, swept, 0.15 * edge),
                         missed = missed_of(swept, walls, skin, 0.15 * edge);
-    const std::string what = "set " + std::to_string(set) + ", " + std::to_string(poses) + " poses, carried " +
-                             std::to_string(b.edge_is_carried) + text_of(strokes);
+    const std::string what = "set " + std::to_string(set) + ", " + std::to_string(poses) + " poses" + text_of(strokes);
     EXPECT_EQ(b.refused, 0) << what;
     EXPECT_LT(stray.distance / edge, most / edge)
         << "a wall at " << stray.at.x << " " << stray.at.y << " " << stray.at.z << ", " << what;

@@ -93,6 +93,12 @@ TEST(RolledStrip, PartsWhereTheTipLagsBesideTheBlade) {
   EXPECT_GE(pieces_after({1e5, 40, 0.001, 0.17, -0.0149, 0.1, 0.0006, 0.05}), 2);
 }
 
+// Between folds of the strip some of it stands upright in the blade's way, beside what has been cut along the blade.
+TEST(RolledStrip, PartsWhereItFoldsOverTheBlade) {
+  EXPECT_GE(pieces_after({8e4, 56, 0.016, 0.19, 0.01006, -0.16, 0.0006, 0.03}), 2);
+  EXPECT_GE(pieces_after({1e5, 40, 0.001, 0.17, -0.01474, 0.1, 0.0006, 0.05}), 2);
+}
+
 /// A step of a hundredth more or less is another way of the strip: single passes say little.
 TEST(RolledStrip, PartsWhateverTheMaterial) {
   std::string whole;

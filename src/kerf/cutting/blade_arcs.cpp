@@ -270,15 +270,19 @@ class Search {
   /// The nearest piece that begins (true) or ends (false) where a front is, or -1.
   std::pair<int, bool> piece_at(const MovingFront& front, double near) const {
     std::pair<int, bool> best{-1, true};
-    double least = near;
+    double least = HUGE_VAL;
     for (int i = 0; i < static_cast<int>(pieces_.size()); ++i)
       for (const bool begins : {true, false}) {
         const Gate& gate = begins ? pieces_[at(i)].begin : pieces_[at(i)].end;
         if (gate.kind != Kind::kWas) continue;
-        Vec3 x;
-        for (int k = 0; k < 3; ++k) x += gate.weights[at(k)] * material_.now[corner(pieces_[at(i)].face, k).index()];
+        Vec3 x, rest;
+        for (int k = 0; k < 3; ++k) {
+          const CollisionVertex v = corner(pieces_[at(i)].face, k);
+          x += gate.weights[at(k)] * material_.now[v.index()];
+          rest += gate.weights[at(k)] * mesh_.rest[v];
+        }
         const double far = norm(x - front.position);
-        if (far >= least) continue;
+        if (norm(rest - front.rest) >= near || far >= least) continue;
         least = far;
         best = {i, begins};
       }

@@ -62,11 +62,11 @@ struct BladeArc {
 
 /// A front of a stroke.
 struct MovingFront {
-  Vec3 position;  ///< now
+  Vec3 rest, position;  ///< metres: at rest, and now
 };
 
-/// All arcs of a move, each goes on in time. An arc that begins where a front is, to within
-/// `near` metres, begins with that front. Ends of the kind kBorder lie on borders. `boxes`: where vertices are now. Cost: what the blade comes near to; all
+/// All arcs of a move, each goes on in time. An arc that begins where a front is, to within `near` metres at rest, begins with that front; of several the
+/// one that is nearest now. Ends of the kind kBorder lie on borders. `boxes`: where vertices are now. Cost: what the blade comes near to; all
 /// vertices, where they have moved.
 std::vector<BladeArc> find_arcs(const CollisionMesh& mesh, const FaceBoxes& boxes, const MovedMaterial& material,
                                 const BladeMove& move, std::span<const MovingFront> fronts, double near);

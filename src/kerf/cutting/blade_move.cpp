@@ -19,6 +19,42 @@ struct Range {
   [[nodiscard]] double most() const { return middle + half; }
 };
 
+/// Least squares over vertices, of which each counts by weight_of(before, now).
+template <class Weight>
+MaterialMotion fit(const MovedMaterial& material, Weight&& weight_of) {
+  MaterialMotion motion;
+  if (material.is_still()) return motion;
+  const auto for_each = [&](auto&& fn) {
+    for (std::size_t i = 0; i < material.before.size(); ++i) {
+      const Vec3 a = material.before[i], b = material.now[i];
+      fn(a, b, weight_of(a, b));
+    }
+  };
+  double sum = 0;
+  Vec3 was, is;
+  for_each([&](Vec3 a, Vec3 b, double weight) {
+    sum += weight;
+    was += weight * a;
+    is += weight * b;
+  });
+  if (!(sum > 0)) return motion;
+  motion.was = (1 / sum) * was, motion.is = (1 / sum) * is;
+  double spread = 0;
+  Mat3 moved{{Vec3{}, Vec3{}, Vec3{}}};
+  for_each([&](Vec3 a, Vec3 b, double weight) {
+    const Vec3 p = a - motion.was, q = weight * (b - motion.is);
+    spread += weight * dot(p, p);
+    moved.c[0] += p.x * q, moved.c[1] += p.y * q, moved.c[2] += p.z * q;
+  });
+  if (!(spread > 0)) return motion;
+  for (Vec3& column : moved.c) column = (1 / spread) * column;
+  const Mat3 rotation = followed_rotation(moved, {}, cut::kMoveIterations), still;
+  double turned = 0;
+  for (std::size_t k = 0; k < 3; ++k) turned = std::max(turned, norm(rotation.c[k] - still.c[k]));
+  if (!(turned < cut::kMoveStill)) motion.rotation = rotation;
+  return motion;
+}
+
 }  // namespace
 
 BladeFrame frame_of(const BladeEdge& edge) {
@@ -30,6 +66,12 @@ BladeFrame frame_of(const BladeEdge& edge) {
   f.aside = normalized(any - dot(any, f.along) * f.along);
   f.ahead = cross(f.along, f.aside);
   return f;
+}
+
+BladeMove BladeMove::through(const MovedMaterial& material, const BladeFrame& from, const BladeEdge& to, double reach) {
+  BladeMove m = make(from, to, motion_near(material, from.edge(), to, reach).rotation);
+  m.go_along(material, reach);
+  return m;
 }
 
 BladeMove BladeMove::make(const BladeFrame& from, const BladeEdge& to, const Mat3& rotation) {
@@ -128,38 +170,17 @@ void BladeMove::go_along(const MovedMaterial& material, double reach) {
   turned[0] = first, turned[1] = second;
 }
 
-Mat3 rotation_near(const MovedMaterial& material, const BladeEdge& was, const BladeEdge& is, double reach) {
-  if (material.is_still()) return {};
-  const auto for_each = [&](auto&& fn) {
-    for (std::size_t i = 0; i < material.before.size(); ++i) {
-      const Vec3 a = material.before[i], b = material.now[i];
-      fn(a, b,
-         1 / square(reach * reach + square(distance_to_segment(a, was.base, was.tip)) +
-                    square(distance_to_segment(b, is.base, is.tip))));
-    }
-  };
-  double sum = 0;
-  Vec3 mean_was, mean_is;
-  for_each([&](Vec3 a, Vec3 b, double weight) {
-    sum += weight;
-    mean_was += weight * a;
-    mean_is += weight * b;
+MaterialMotion motion_near(const MovedMaterial& material, const BladeEdge& was, const BladeEdge& is, double reach) {
+  return fit(material, [&](Vec3 a, Vec3 b) {
+    return 1 / square(reach * reach + square(distance_to_segment(a, was.base, was.tip)) +
+                      square(distance_to_segment(b, is.base, is.tip)));
   });
-  if (!(sum > 0)) return {};
-  mean_was = (1 / sum) * mean_was, mean_is = (1 / sum) * mean_is;
-  double spread = 0;
-  Mat3 moved{{Vec3{}, Vec3{}, Vec3{}}};
-  for_each([&](Vec3 a, Vec3 b, double weight) {
-    const Vec3 p = a - mean_was, q = weight * (b - mean_is);
-    spread += weight * dot(p, p);
-    moved.c[0] += p.x * q, moved.c[1] += p.y * q, moved.c[2] += p.z * q;
+}
+
+MaterialMotion motion_of(const MovedMaterial& material, const BladeEdge& was, double reach) {
+  return fit(material, [&](Vec3 a, Vec3) {
+    return 1 / square(reach * reach + square(distance_to_segment(a, was.base, was.tip)));
   });
-  if (!(spread > 0)) return {};
-  for (Vec3& column : moved.c) column = (1 / spread) * column;
-  const Mat3 rotation = followed_rotation(moved, {}, cut::kMoveIterations), still;
-  double turned = 0;
-  for (std::size_t k = 0; k < 3; ++k) turned = std::max(turned, norm(rotation.c[k] - still.c[k]));
-  return turned < cut::kMoveStill ? still : rotation;
 }
 
 }  // namespace kerf

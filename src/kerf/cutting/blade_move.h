@@ -35,6 +35,8 @@ struct BladeMove {
   Vec2 turned[2] = {{1, 0}, {0, 1}};
   [[nodiscard]] Vec2 turn(Vec2 a) const { return a.x * turned[0] + a.y * turned[1]; }
 
+  /// Through material that moves, as this does within `reach` metres of the blade, more or less.
+  static BladeMove through(const MovedMaterial& material, const BladeFrame& from, const BladeEdge& to, double reach);
   /// Through material that has turned by `rotation`.
   static BladeMove make(const BladeFrame& from, const BladeEdge& to, const Mat3& rotation = {});
   /// Sets `turned` as vertices move within `reach` metres of the blade, more or less. The blade's way through material that stretches evenly is straight
@@ -63,7 +65,17 @@ class PassedBoxes {
   double rounding_;
 };
 
-/// How material turns that lies within `reach` metres of a blade, more or less: least squares. What keeps still does so to the bit.
-Mat3 rotation_near(const MovedMaterial& material, const BladeEdge& was, const BladeEdge& is, double reach);
+/// A rigid motion of material: it turns about `was`, which comes to `is`.
+struct MaterialMotion {
+  Mat3 rotation;
+  Vec3 was, is;  ///< metres
+  [[nodiscard]] Vec3 moved(Vec3 p) const { return is + rotation * (p - was); }
+  [[nodiscard]] BladeEdge moved(const BladeEdge& edge) const { return {moved(edge.base), moved(edge.tip)}; }
+};
+
+/// How material moves that lies within `reach` metres of a blade, more or less: least squares. What does not turn does so to the bit.
+MaterialMotion motion_near(const MovedMaterial& material, const BladeEdge& was, const BladeEdge& is, double reach);
+/// The same of what lay there before.
+MaterialMotion motion_of(const MovedMaterial& material, const BladeEdge& was, double reach);
 
 }  // namespace kerf

@@ -41,8 +41,7 @@ class Sweep {
     old_ = std::move(stroke_.ends);
     stroke_.ends.clear();
     const double reach = cut::kMoveReach * target_.complex.mean_root_edge;
-    move_ = BladeMove::make(stroke_.posed, to, rotation_near(material(), stroke_.posed.edge(), to, reach));
-    move_.go_along(material(), reach);
+    move_ = BladeMove::through(material(), stroke_.posed, to, reach);
     std::vector<BladeArc> arcs = find(fronts());
     for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find(fronts());
     used_.assign(old_.size(), false);
@@ -57,7 +56,6 @@ class Sweep {
       }
     leads_ = false;
     stroke_.standing = false;
-    stroke_.edge = to;
     stroke_.posed = move_.is;
 
     std::vector<F> keep;
@@ -87,8 +85,7 @@ class Sweep {
     return report();
   }
 
-  SweepReport part_strands(const BladeEdge& edge) {
-    stroke_.edge = edge;
+  SweepReport part_strands() {
     target_.scratch.flip_stack.clear();
     old_ = std::move(stroke_.ends);
     stroke_.ends.clear();
@@ -127,7 +124,7 @@ class Sweep {
 
   // ---- which arcs, in which order
 
-  MovingFront front(const BladeFront& f) const { return {place(f.end)}; }
+  MovingFront front(const BladeFront& f) const { return {rounding_.rest(f.end), place(f.end)}; }
   std::vector<MovingFront> fronts() const {
     std::vector<MovingFront> fronts;
     for (const BladeFront& f : old_) fronts.push_back(front(f));
@@ -275,7 +272,7 @@ class Sweep {
     const bool along = !stroke_.cut_along.empty() ||
                        std::any_of(old_.begin(), old_.end(), [](const BladeFront& f) { return f.along; });
     for (BladeArc* arc : others)
-      if (lies_along(*arc, along ? cut::kPathLeans : cut::kPathFlat)) follow(*arc);
+      if (lies_along(*arc, along ? cut::kPathLeans : cut::kPathFlat) || is_beside_cut(*arc)) follow(*arc);
     // Beside those that lead on, none waits in a slit.
     if (led > 0)
       stroke_.ends.erase(std::remove_if(stroke_.ends.begin() + static_cast<std::ptrdiff_t>(led), stroke_.ends.end(),
@@ -296,6 +293,15 @@ class Sweep {
     return is_near(rounding_.rest(stop_of(arc.begin))) && is_near(rounding_.rest(stop_of(arc.end))) &&
            std::all_of(arc.crossings.begin(), arc.crossings.end(),
                        [&](const ArcCrossing& c) { return is_near(rounding_.rest(c)); });
+  }
+  /// Is an arc so near to what the stroke has cut along the blade that it is of the same sheet, however that lies?
+  bool is_beside_cut(const BladeArc& arc) const {
+    const double near = cut::kPathBeside * target_.complex.mean_root_edge;
+    const auto is_near = [&](Vec3 p) {
+      return std::any_of(stroke_.cut_along.begin(), stroke_.cut_along.end(),
+                         [&](const auto& chord) { return distance_to_segment(p, chord[0], chord[1]) < near; });
+    };
+    return is_near(rounding_.rest(stop_of(arc.begin))) || is_near(rounding_.rest(stop_of(arc.end)));
   }
   bool lies_along(const BladeArc& a, double cosine) const {
     return lies_along(a.faces.front(), cosine) || lies_along(a.faces.back(), cosine);
@@ -598,6 +604,12 @@ BladeEdge part_of(const BladeEdge& from, const BladeEdge& to, int i, int parts) 
   const double t = static_cast<double>(i) / parts;
   return i == parts ? to : BladeEdge{lerp(from.base, to.base, t), lerp(from.tip, to.tip, t)};
 }
+/// Vertices that were not there at the last pose have kept still.
+void add_new(SweepTarget& target) {
+  if (std::vector<Vec3>* const before = target.before)
+    before->insert(before->end(), target.position.begin() + static_cast<std::ptrdiff_t>(before->size()),
+                   target.position.end());
+}
 double angle(Vec3 a, Vec3 b) { return std::acos(std::clamp(dot(normalized(a), normalized(b)), -1.0, 1.0)); }
 
 }  // namespace
@@ -618,15 +630,14 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
   SweepReport total;
   if (!stroke.started) {
     stroke.started = stroke.standing = true;
-    stroke.edge = edge;
     stroke.posed = frame_of(edge);
     return total;
   }
+  add_new(target);
   std::vector<Vec3>*const before = target.before, *const now = &target.position;
-  if (before) before->insert(before->end(), now->begin() + static_cast<std::ptrdiff_t>(before->size()), now->end());
   const BladeEdge from = stroke.posed.edge();
   const double reach = cut::kMoveReach * target.complex.mean_root_edge;
-  const Mat3 rotation = before ? rotation_near({*before, *now}, from, edge, reach) : Mat3{};
+  const Mat3 rotation = before ? motion_near({*before, *now}, from, edge, reach).rotation : Mat3{};
   const double turn = angle(rotation * (from.tip - from.base), edge.tip - edge.base);
   const int parts = std::clamp(static_cast<int>(std::ceil(turn / cut::kPathTurn)), 1, 64);
   if (!before || parts == 1) {
@@ -652,8 +663,15 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).make_ends(); }
 
-SweepReport part_strands(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target) {
-  return Sweep(stroke, target).part_strands(edge);
+SweepReport part_strands(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).part_strands(); }
+
+bool meets_material(SweepTarget& target, const BladeEdge& from, const BladeEdge& to) {
+  add_new(target);
+  const MovedMaterial material{target.before ? *target.before : target.position, target.position};
+  const BladeMove move =
+      BladeMove::through(material, frame_of(from), to, cut::kMoveReach * target.complex.mean_root_edge);
+  target.boxes.refresh(target.complex.collision, target.position);
+  return !find_arcs(target.complex.collision, target.boxes, material, move, {}, 0).empty();
 }
 
 void lift_blade(BladeStroke& stroke) {

@@ -32,10 +32,9 @@ namespace kerf {
 
 /// One stroke of a blade: its state between poses. Plain data.
 struct BladeStroke {
-  BladeEdge edge;         ///< the last pose; the caller may move it, what is cut goes by `posed`
   BladeFrame posed;       ///< the last pose that it was led to, when vertices were `SweepTarget::before`
-  bool started = false;   ///< `edge` holds a pose
-  bool standing = false;  ///< `edge` is the first pose: what it goes through there is stabbed by the first move
+  bool started = false;   ///< `posed` holds a pose
+  bool standing = false;  ///< it is the first one: what the blade goes through there is stabbed by the first move
   bool through = false;   ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
@@ -91,10 +90,14 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 /// Cuts on to where the blade is: what is cut here is provisional. `stroke.mark` has been set since lead_blade.
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target);
 
-/// A pose of a blade that has gone by rims (`stroke.passed`, not empty): cuts from the fronts to them. What is provisional stays, and the paths go on from
-/// there: without its last bit a tip would be where the material around it is, not where the edge has drawn it. What else lies between the last pose and
-/// `edge` is cut from where the fronts are when the blade is led on.
-SweepReport part_strands(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& target);
+/// Of a blade that has gone by rims (`stroke.passed`, not empty): cuts from the fronts to them. What is provisional stays, and the paths go on from
+/// there: without its last bit a tip would be where the material around it is, not where the edge has drawn it. What else the blade has passed since its last
+/// pose is cut from where the fronts are when it is led on.
+SweepReport part_strands(BladeStroke& stroke, SweepTarget& target);
+
+/// Does a blade meet the mid-surface on its way from one edge to another, while vertices go from `target.before` to `target.position`? Ends in the material
+/// count.
+bool meets_material(SweepTarget& target, const BladeEdge& from, const BladeEdge& to);
 
 /// Ends the stroke; what was provisional stays.
 void lift_blade(BladeStroke& stroke);

@@ -37,9 +37,6 @@ struct ToolMotion {
   bool holding = false;                  ///< its jaws hold tissue
   bool placed = false;                   ///< base and tip hold the edge of the last step
   Vec3 base, tip;                        ///< m, world
-  Vec3 last_base, last_tip;              ///< the same, whatever the material has done to them since
-  Vec3 carried;                          ///< m: what the material at its edge moved by in the last step
-  bool crossed = false;  ///< material has gone over its edge in the last step, from one side to the other
   Vec3
       press;  ///< m: how far the edge that cuts has pressed into what has not given way; behind that, where it has gone back
   bool pressed = false;                    ///< with what it did in the last step

@@ -88,9 +88,9 @@ void UndoList::clear() {
 SessionState::SessionState(const SessionState& o)
     : body(o.body), model(o.model), mechanics(o.mechanics), fade(o.fade), materials(o.materials), measures(o.measures),
       gravity(o.gravity), largest_tool_force(o.largest_tool_force), time(o.time), steps(o.steps),
-      next_command(o.next_command), grasps(o.grasps), lost_grasps(o.lost_grasps), tools(o.tools), touching(o.touching),
-      stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced), undo(o.undo),
-      redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
+      next_command(o.next_command), grasps(o.grasps), lost_grasps(o.lost_grasps), tools(o.tools), seen(o.seen),
+      touching(o.touching), stroke(o.stroke ? std::make_unique<ActiveStroke>(*o.stroke) : nullptr), synced(o.synced),
+      undo(o.undo), redo(o.redo), strokes(o.strokes), topology_version(o.topology_version) {}
 
 SessionState& SessionState::operator=(const SessionState& other) {
   SessionState copy(other);
@@ -552,8 +552,7 @@ std::uint64_t Session::hash() const {
     hash.add(std::array<double, 5>{t.began, t.jaws_from, t.jaws_to, t.jaws_began, t.jaws_over});
     hash.add(std::array<std::int32_t, 7>{t.inside, t.in_slit, t.holding, t.placed, t.pressed, t.jaw_pushes[0],
                                          t.jaw_pushes[1]});
-    hash.add(std::array<Vec3, 10>{t.base, t.tip, t.last_base, t.last_tip, t.carried, t.press, t.force, t.torque,
-                                  t.resistance, t.resistance_torque});
+    hash.add(std::array<Vec3, 7>{t.base, t.tip, t.press, t.force, t.torque, t.resistance, t.resistance_torque});
     hash.add(std::array<double, 2>{t.edge_force, t.edge_length});
   }
   return hash.value();

@@ -151,7 +151,7 @@ class Session {
   /// base. A stroke in progress ends first.
   Status begin_stroke(SceneFrame frame, bool through);
   /// A pose: base and tip of the edge, metres, in the stroke's frame. The first one places the blade. Each other one cuts at once what the edge
-  /// passes on a straight way from the last pose, which the material has carried along. What can't be cut is counted and noted. Bad
+  /// passes on its way from the last pose, through the material as it has moved since. What can't be cut is counted and noted. Bad
   /// input, nothing has changed: no stroke, a shaver's stroke, numbers that are not finite, an edge without length. Where the hexahedra can't
   /// follow, the whole stroke is rolled back and over.
   Status move_blade(Vec3 base, Vec3 tip);

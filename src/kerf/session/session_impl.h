@@ -25,7 +25,6 @@
 #include "kerf/session/body_mechanics.h"
 #include "kerf/session/contact_step.h"
 #include "kerf/session/cut_balance.h"
-#include "kerf/session/edge_carry.h"
 #include "kerf/session/held_skin.h"
 #include "kerf/session/node_memory.h"
 #include "kerf/session/piece_removal.h"
@@ -120,6 +119,8 @@ struct SessionState {
   std::vector<Grasp> grasps;
   std::vector<std::string> lost_grasps;  ///< ids of those whose piece was taken away
   std::vector<ToolMotion> tools;         ///< one per tool of the scene; where the tools are is in `mechanics`
+  std::vector<Vec3>
+      seen;  ///< where tools found collision vertices last, in scenes with blades; of the first ones or all
   DetectMemory touching;                 ///< what detection remembers of contacts
   std::unique_ptr<ActiveStroke> stroke;  ///< none between strokes
   JournalMark synced;                    ///< hexahedra, embeddings and mechanics match the complex as of here
@@ -338,20 +339,14 @@ struct Session::Impl {
   void feel_tools();
   /// m that the farthest front lies behind an edge, in the plane of its blade; `reach` at most.
   [[nodiscard]] double fronts_behind(const BladeEdge& now, Vec3 into, double reach);
-  /// Is the edge ahead of where the cut has got to? A front that lies ahead of it, where material is stretched, would be lost.
-  [[nodiscard]] bool passes_fronts(const BladeEdge& now, Vec3 way);
   /// Notes the rims that are more than `least` m behind an edge, in the plane of its blade. Are there any?
   [[nodiscard]] bool note_passed_rims(const BladeEdge& now, Vec3 into, double least);
-  /// At the end of a step: the last pose of a blade goes along with the material that it was in, or beside. So the next one cuts what the blade has passed
-  /// of the body, whatever this did meanwhile.
-  void carry_edges();
-  /// Is there a stroke of poses that are given in the world?
-  [[nodiscard]] bool stroke_in_hand() const;
-  /// How the material that an edge is in has moved in the step; `cuts`: it is the stroke's.
-  [[nodiscard]] CarriedEdge carried_in_material(const BladeEdge& edge, bool cuts);
-  /// Adds how the nearest material has moved, if it is near.
-  void add_nearest(const BladeEdge& edge, CarriedEdge& along);
-  std::vector<Vec3> before_mechanics;  ///< where collision vertices were in this step, if an edge can be carried along
+  /// How the material at an edge has moved since the edge was there and collision vertices were at `places`.
+  MaterialMotion motion_at(const BladeEdge& was, const std::vector<Vec3>& places);
+  /// m: how far an edge has gone through that material, there.
+  Vec3 way_through(const BladeEdge& was, const std::vector<Vec3>& places, const BladeEdge& now);
+  /// Has the edge met the mid-surface anywhere on its way in the last step?
+  bool passes_material(const BladeEdge& last, const BladeEdge& now);
   Status close_on(std::size_t tool);
   /// What the edge of a tool presses against in this step, with `inside` metres of it in the material. `into`: unit, where the material is uncut.
   void resist(std::size_t tool, const BladeEdge& now, Vec3 into, double inside);

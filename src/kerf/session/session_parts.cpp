@@ -118,7 +118,7 @@ double Session::Impl::edge_travelled() {
     const CollisionMesh& mesh = state.body.complex.collision;
     const std::vector<Vec3>& positions = deformed_collision();
     for (const CollisionVertex v : ids<CollisionVertex>(positions.size())) {
-      const Vec3 x = before_mechanics[v.index()];
+      const Vec3 x = state.seen[v.index()];
       const double radius = norm(mesh.offset[v]);
       if (radius > 0)
         most = std::max(
@@ -146,7 +146,6 @@ Result<StepReport> Session::Impl::advance_tools_and_body(double h, bool tools_fi
   carry_unused_nodes(state.body.hex, state.model, state.mechanics, carried);
   fade_offsets(state.fade, h, kFaded * size);
   positions_changed();
-  carry_edges();
   add_forces(part_impulses, 1, step_impulses);
   return done;
 }

@@ -117,6 +117,7 @@ void Session::Impl::forget_ids() {
   piece_labels.forget();
   contact.surface_stale = true;
   state.touching = {};
+  state.seen.clear();
   watched.everything = watching;
   mark_synced();
   ++state.topology_version;

@@ -200,7 +200,8 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   place_for_sweep(state.stroke->frame);
   CutTimes following;
   const bool had_pose = blade.started;
-  const BladeEdge last_pose = blade.edge;
+  const BladeEdge last_pose =
+      had_pose ? motion_at(blade.posed.edge(), state.stroke->places).moved(blade.posed.edge()) : edge;
   begin_pose();
   const bool gone_by = !blade.passed.empty(), taken_back = blade.provisional && !gone_by;
   if (taken_back) {
@@ -216,7 +217,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   before.resize(std::min(before.size(), sweep_positions.size()));
   SweepTarget target{state.body.complex, sweep_positions, sweep_boxes,
                      cut_scratch,        cut_options,     before.empty() ? nullptr : &before};
-  SweepReport report = gone_by ? part_strands(blade, edge, target) : lead_blade(blade, edge, target);
+  SweepReport report = gone_by ? part_strands(blade, target) : lead_blade(blade, edge, target);
   if (report.changed || !taken_back) {
     trouble = follow_complex(following);
     mark_synced();
@@ -459,6 +460,7 @@ Status Session::Impl::cancel_stroke() {
   // Halves that have drifted apart would be torn together: motion goes back too.
   std::swap(state.stroke->before.tools, state.mechanics.tools);
   state.mechanics = std::move(state.stroke->before);
+  state.seen.clear();
   hold_fixed_nodes(state.model, state.mechanics);
   // Ids and places are what they were; only tools and obstacles may have moved on meanwhile.
   if (state.steps == state.stroke->steps) state.touching = std::move(state.stroke->touching);
@@ -543,6 +545,7 @@ Status Session::Impl::travel(UndoList& from, UndoList& to, bool back) {
   }
   if (step.removal && !back) KERF_TRY(swap_removal(*step.removal, back));
   state.mechanics = std::move(step.mechanics);
+  state.seen.clear();
   hold_fixed_nodes(state.model, state.mechanics);  // a support may be newer
   step.mechanics = std::move(now);
   state.mechanics.tools = step.mechanics.tools;  // tools stay where they are

@@ -30,9 +30,9 @@ constexpr double kForward = 0.2;    // share of an edge's motion that must go fo
 constexpr double kPress = 0.02;  // mean collision edges that an edge goes into material before that gives way, at least
 constexpr double kLeastWay =
     1e-3;                        // mean collision edges: an edge that is no farther into what is uncut does not cut on
-constexpr double kAcross = 0.5;  // cosine between an edge's way and the way from a front to it, at least
-constexpr double kFrontNear = 0.3;  // mean collision edges: so near to the last pose a front says what the material did
-constexpr double kCrossing = 0.25;  // mean collision edges between the points of an edge that material may go over
+constexpr double kAcross = 0.5;  // cosine between an edge and the way from a lip to a place beside it, at most
+constexpr double kFrontNear =
+    0.3;  // mean collision edges: a front that lies farther beside an edge is not where it cuts
 constexpr double kOut =
     0.05;  // half thicknesses: what overlaps by no more has come out of a blade or jaw that let it pass
 constexpr double kUnseenDepth =
@@ -279,9 +279,6 @@ std::optional<double> passed_along(const Thickness& material, const CollisionMes
   return most;
 }
 
-Vec3 edge_middle(const BladeEdge& e) { return 0.5 * (e.base + e.tip); }
-BladeEdge operator+(const BladeEdge& e, Vec3 way) { return {e.base + way, e.tip + way}; }
-
 }  // namespace
 
 Status Session::Impl::use_tools(double until) {
@@ -293,8 +290,7 @@ Status Session::Impl::use_tools(double until) {
     if (is_blade(scene.tools[i])) KERF_TRY(cut_with(i, until));
     if (scene.tools[i].kind == SceneToolKind::kGrasper) KERF_TRY(close_on(i));
   }
-  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade) || stroke_in_hand())
-    before_mechanics = deformed_collision();
+  if (std::any_of(scene.tools.begin(), scene.tools.end(), is_blade)) state.seen = deformed_collision();
   return {};
 }
 
@@ -305,10 +301,9 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const RigidPlace place{at.position, at.axes};
   const ToolEdge edge = tool_edge(tool, motion.jaws(until));
   const BladeEdge now{place.to_world(edge.base), place.to_world(edge.tip)};
-  const BladeEdge before = motion.placed ? BladeEdge{motion.base, motion.tip} : now;
-  const BladeEdge last = motion.placed ? BladeEdge{motion.last_base, motion.last_tip} : now;
-  motion.base = motion.last_base = now.base;
-  motion.tip = motion.last_tip = now.tip;
+  const BladeEdge last = motion.placed ? BladeEdge{motion.base, motion.tip} : now;
+  motion.base = now.base;
+  motion.tip = now.tip;
   motion.placed = true;
   const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
   const bool another = state.stroke && !own;
@@ -352,27 +347,28 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   if (motion.inside && (!blade_in || (scissors && !closing))) {
     motion.inside = false;
     motion.in_slit = scissors && blade_in;
-    const Vec3 gone = own ? edge_middle(now) - edge_middle(state.stroke->blade.edge) : Vec3{};
-    const bool went_by = motion.crossed && !scissors && leads(gone, place.axes, edge.forward);
+    const bool went_by =
+        own && !scissors &&
+        leads(way_through(state.stroke->blade.posed.edge(), state.stroke->places, now), place.axes, edge.forward);
     if (own && (blade_in || went_by)) KERF_TRY(move_blade(now));
     if (own) return end_stroke();
     return {};
   }
   if (!motion.inside) {
-    const bool went_by =
-        motion.crossed && leads(edge_middle(now) - edge_middle(before + motion.carried), place.axes, edge.forward);
-    bool enters = (edge_in > 0 || went_by) && (!scissors || closing);
-    if (resisted)  // it presses until the material gives way
-      enters = motion.edge_force > scene.cut.resistance * motion.edge_length;
+    // What went by in one step may be in its thickness neither before nor after.
+    const bool enters =
+        resisted ? motion.edge_force > scene.cut.resistance * motion.edge_length  // it has given way
+                 : (!scissors || closing) &&
+                       (edge_in > 0 || (leads(way_through(last, state.seen, now), place.axes, edge.forward) &&
+                                        passes_material(last, now)));
     if (!enters) return {};
     motion.inside = true;
   }
   if (!own) {
     KERF_TRY(begin_stroke(SceneFrame::kWorld, false));
     state.stroke->tool = static_cast<std::int32_t>(i);
-    KERF_TRY(move_blade(before + motion.carried));
-    state.stroke->places = before_mechanics;  // the tool was there before this step
-    state.stroke->blade.posed = frame_of(last);
+    KERF_TRY(move_blade(last));
+    state.stroke->places = state.seen;
     // What it pressed with until the material gave way it goes on to press with: else it would fall into the cut.
     motion.press = resisted ? kPress * state.body.complex.mean_root_edge * (place.axes * edge.forward) : Vec3{};
     motion.pressed = false;
@@ -381,11 +377,11 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
     const ToolEdge was = tool_edge(tool, motion.jaws(state.time));
     motion.press += 0.5 * (place.axes * (edge.base + edge.tip - was.base - was.tip));
   } else {
-    motion.press += edge_middle(now) - edge_middle(before) - motion.carried;
+    motion.press += way_through(last, state.seen, now);
   }
   // Pressed into what has not given way, an edge cuts nothing; where it gives way the cut comes up to the edge. Behind the end of its cut nothing
   // holds it but the lips, to the side.
-  const Vec3 way = edge_middle(now) - edge_middle(state.stroke->blade.edge);
+  const Vec3 way = way_through(state.stroke->blade.posed.edge(), state.stroke->places, now);
   const Vec3 forward = place.axes * edge.forward, down = -1.0 * place.axes.c[2], aside = place.axes.c[1];
   const double ahead = std::max(dot(way, forward), dot(way, down)), most = kPress * state.body.complex.mean_root_edge;
   const bool tip_in = !scissors && material.holds(now.tip, 0);
@@ -411,30 +407,11 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   }
   const bool comes_up =
       passed ? *passed > most
-             : gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge) &&
-                   passes_fronts(now, way);
-  if (passed && comes_up)
-    state.stroke->blade.edge = now + -(*passed + kLeastWay * state.body.complex.mean_root_edge) * forward;
+             : gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge);
   const bool gone_by = !scissors && note_passed_rims(now, forward, most);
   if (comes_up || gone_by) KERF_TRY(move_blade(now));
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
   return {};
-}
-
-bool Session::Impl::passes_fronts(const BladeEdge& now, Vec3 way) {
-  const Vec3 along = normalized(now.tip - now.base), across = way - dot(way, along) * along;
-  const BladeStroke& blade = state.stroke->blade;
-  const std::vector<Vec3>& positions = deformed_collision();
-  bool any = false;
-  for (const CollisionVertex v : blade.fronts) {
-    const Vec3 front = positions[v.index()];
-    if (distance_to_segment(front, blade.edge.base, blade.edge.tip) > kFrontNear * state.body.complex.mean_root_edge)
-      continue;
-    const Vec3 back = now.base - front, to_edge = back - dot(back, along) * along;
-    if (dot(to_edge, across) >= kAcross * norm(to_edge) * norm(across)) return true;
-    any = true;
-  }
-  return !any;
 }
 
 bool Session::Impl::note_passed_rims(const BladeEdge& now, Vec3 into, double least) {
@@ -461,91 +438,24 @@ double Session::Impl::fronts_behind(const BladeEdge& now, Vec3 into, double reac
   return most;
 }
 
-bool Session::Impl::stroke_in_hand() const {
-  return state.stroke && state.stroke->tool < 0 && state.stroke->frame == SceneFrame::kWorld &&
-         !state.stroke->shaving && state.stroke->blade.started;
+MaterialMotion Session::Impl::motion_at(const BladeEdge& was, const std::vector<Vec3>& places) {
+  const std::span<const Vec3> before = places, now = deformed_collision();
+  const std::size_t known = std::min(before.size(), now.size());
+  return motion_of({before.first(known), now.first(known)}, was, kAtEdge * state.body.complex.mean_root_edge);
 }
 
-CarriedEdge Session::Impl::carried_in_material(const BladeEdge& edge, bool cuts) {
-  const std::vector<Vec3>& after = deformed_collision();
-  CarriedEdge along(edge);
-  // Where the cut has got to says it exactly.
-  if (cuts)
-    for (const CollisionVertex v : state.stroke->blade.fronts) {
-      if (distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip) >
-          kFrontNear * state.body.complex.mean_root_edge)
-        continue;
-      along.add(before_mechanics[v.index()], after[v.index()] - before_mechanics[v.index()]);
-    }
-  if (along.places > 0) return along;
-  Box3 near;
-  near.add(edge.base);
-  near.add(edge.tip);
-  const Thickness material(state.body.complex.collision, cuts ? before_mechanics : after, near);
-  material.walk(edge.base, edge.tip, 0, [&](const Thickness::Place& p) {
-    Vec3 was_at, way;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 was = before_mechanics[p.vertex[k].index()];
-      was_at += p.weight[k] * was;
-      way += p.weight[k] * (after[p.vertex[k].index()] - was);
-    }
-    along.add(was_at, way);
-  });
-  return along;
+Vec3 Session::Impl::way_through(const BladeEdge& was, const std::vector<Vec3>& places, const BladeEdge& now) {
+  const MaterialMotion motion = motion_at(was, places);
+  const double s = closest_on_segment(motion.was, was.base, was.tip);
+  return lerp(now.base, now.tip, s) - motion.moved(lerp(was.base, was.tip, s));
 }
 
-void Session::Impl::add_nearest(const BladeEdge& edge, CarriedEdge& along) {
-  double least = kGoesAlong * state.body.complex.mean_root_edge;
-  CollisionVertex nearest;
-  for (const CollisionVertex v : ids<CollisionVertex>(before_mechanics.size())) {
-    const double distance = distance_to_segment(before_mechanics[v.index()], edge.base, edge.tip);
-    if (distance < least) least = distance, nearest = v;
-  }
-  if (nearest.valid())
-    along.add(before_mechanics[nearest.index()],
-              deformed_collision()[nearest.index()] - before_mechanics[nearest.index()]);
-}
-
-void Session::Impl::carry_edges() {
-  if (stroke_in_hand()) {
-    BladeEdge& edge = state.stroke->blade.edge;
-    CarriedEdge along = carried_in_material(edge, true);
-    if (along.places == 0) add_nearest(edge, along);
-    edge = along.turns() ? along.moved(edge) : along.places > 0 ? edge + along.mean() : edge;
-  }
-  for (std::size_t i = 0; i < scene.tools.size(); ++i) {
-    if (!is_blade(scene.tools[i])) continue;
-    ToolMotion& motion = state.tools[i];
-    motion.carried = {};
-    motion.crossed = false;
-    const bool own = state.stroke && state.stroke->tool == static_cast<std::int32_t>(i);
-    if (state.stroke && !own) continue;
-    const RigidState& at = state.mechanics.tools[i];
-    const ToolEdge edge = tool_edge(scene.tools[i], motion.jaws(state.time));
-    const RigidPlace place{at.position, at.axes};
-    const BladeEdge there{place.to_world(edge.base), place.to_world(edge.tip)},
-        here = own ? state.stroke->blade.edge : there;
-    const CarriedEdge along = carried_in_material(here, own);
-    // What went by in one step may be in its thickness neither before nor after.
-    CarriedEdge over(here);
-    if (motion.placed)
-      add_crossings(state.body.complex.collision, before_mechanics, deformed_collision(),
-                    own ? here : BladeEdge{motion.base, motion.tip}, there,
-                    kCrossing * state.body.complex.mean_root_edge, over);
-    CarriedEdge all = along;
-    all.add(over);
-    motion.crossed = over.places > 0;
-    if (along.places > 0) motion.carried = along.mean();
-    else if (motion.crossed) motion.carried = over.mean();
-    if (own) {
-      state.stroke->blade.edge = all.turns() ? all.moved(here) : here + motion.carried;
-    } else if (all.turns()) {
-      const BladeEdge turned = all.moved({motion.base, motion.tip});
-      motion.carried = edge_middle(turned) - 0.5 * (motion.base + motion.tip);
-      motion.base = turned.base - motion.carried;
-      motion.tip = turned.tip - motion.carried;
-    }
-  }
+bool Session::Impl::passes_material(const BladeEdge& last, const BladeEdge& now) {
+  place_for_sweep(SceneFrame::kWorld);
+  std::vector<Vec3> before = state.seen;
+  before.resize(std::min(before.size(), sweep_positions.size()));
+  SweepTarget target{state.body.complex, sweep_positions, sweep_boxes, cut_scratch, cut_options, &before};
+  return meets_material(target, last, now);
 }
 
 void Session::Impl::feel_tools() {

@@ -60,9 +60,9 @@ inline constexpr int kStepsOutside = 16384;
 /// 64th of the thickness; this by up to a thousandth, and at double by nothing that shows.
 inline constexpr int kBorderHalvings = 8;
 
-/// Mean collision edges within which an edge of a stroke by hand that is in no material goes along with the nearest. Half: poses far apart
-/// enter a falling body a third of an edge beside where the blade met it. Double: the same walls.
-inline constexpr double kGoesAlong = 8;
+/// Mean collision edges from an edge within which vertices say how the material at it moves. At a fifth or three times as many strips that roll on their
+/// side part, of 82; at ten times, three more of them hang on by strands.
+inline constexpr double kAtEdge = 0.1;
 
 /// Change of a cell's deformation gradient in a part, 1: a turn of 0.7 radians. A part that comes to more of it than this is taken again
 /// in shorter ones. Parts are made by what turns as they begin; what tips over under a load begins at rest. A scrap that lies on a plane

@@ -5,12 +5,8 @@
 #include <optional>
 
 #include "kerf/base/at.h"
-#include "kerf/cutting/blade_arcs.h"
-#include "kerf/cutting/blade_front.h"
-#include "kerf/cutting/path_opening.h"
-#include "kerf/cutting/path_rounding.h"
+#include "kerf/cutting/blade_paths.h"
 #include "kerf/cutting/tolerances.h"
-#include "kerf/spatial/segment_queries.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -22,39 +18,30 @@ using F = CollisionTriangle;
 using Kind = ArcEnd::Kind;
 using Stop = CutStop;
 
-/// One move: finds the arcs, orders them, and cuts one after the other.
+/// One move: finds the arcs, orders them, and has one after the other cut.
 class Sweep {
  public:
   /// `others`: where vertices are at other times; the first at the last pose.
   Sweep(BladeStroke& stroke, SweepTarget& target, std::span<std::vector<Vec3>* const> others = {})
-      : stroke_(stroke), target_(target), cut_{target.complex, target.options, target.scratch},
-        rounding_(target.complex.collision, target.options, target.complex.mean_root_edge),
-        finder_(target.complex, rounding_),
-        opening_({cut_, target.position, target.boxes, others}, rounding_.feature(), rounding_.outside()),
+      : stroke_(stroke), target_(target), paths_(stroke, target, others),
         before_(others.empty() ? target.position : *others.front()),
         vertices_before_(target.complex.collision.vertex_count()) {}
 
   /// Cuts all arcs up to the last edges that they cross.
   SweepReport lead(const BladeEdge& to) {
     target_.scratch.flip_stack.clear();
-    leads_ = true;
-    old_ = std::move(stroke_.ends);
-    stroke_.ends.clear();
+    paths_.start();
     const double reach = cut::kMoveReach * target_.complex.mean_root_edge;
     move_ = BladeMove::through(material(), stroke_.posed, to, reach);
     std::vector<BladeArc> arcs = find(fronts());
     for (int i = 0; i < cut::kPathBends && bend(arcs); ++i) arcs = find(fronts());
-    used_.assign(old_.size(), false);
     choose(arcs);
     for (int i = 0; i < cut::kPathTries && !left_.empty(); ++i) again();
     busy_ = static_cast<int>(left_.size());
     if (busy_ > 0) uncut_ = {UncutReason::kBusy, rounding_.rest(left_[0])};
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!used_[i] && finder_.locate(old_[i])) {
-        if (waits(old_[i])) stroke_.ends.push_back(old_[i]);
-        else (void)make_end(old_[i]);
-      }
-    leads_ = false;
+      if (!paths_.is_used(i) && finder_.locate(old_[i])) (void)paths_.make_end(old_[i]);
+    paths_.finish();
     stroke_.standing = false;
     stroke_.posed = move_.is;
 
@@ -73,58 +60,31 @@ class Sweep {
   SweepReport make_ends() {
     stroke_.fronts.clear();
     for (BladeFront& f : stroke_.ends) {
-      const PathEnd end = make_end(f);
+      const PathEnd end = paths_.make_end(f);
       stroke_.fronts.push_back(end.vertex);
       if (!end.on_border) continue;
       const Vec3 x = rounding_.rest(f.end), border = mesh().rest[end.vertex];
       if (!f.touch || norm(border - x) < norm(f.touch->border - rounding_.rest(f.touch->at)))
         f.touch = BladeTouch{f.end, border};
     }
-    if (dirty_) opening_.turn_edges({});
-    stroke_.provisional = dirty_;
-    return report();
-  }
-
-  SweepReport part_strands() {
-    target_.scratch.flip_stack.clear();
-    old_ = std::move(stroke_.ends);
-    stroke_.ends.clear();
-    for (std::size_t i = 0; i < old_.size(); ++i) keep_end(old_[i], stroke_.fronts[i]);
-    for (const PassedRim& passed : stroke_.passed)
-      if (passed.exists()) part_strand(passed);
-    for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!stroke_.passed[i].exists() && finder_.locate(old_[i])) stroke_.ends.push_back(old_[i]);
-    stroke_.passed.clear();
-    stroke_.provisional = false;
+    if (paths_.has_cut()) opening_.turn_edges({});
+    stroke_.provisional = paths_.has_cut();
     return report();
   }
 
  private:
   const CollisionMesh& mesh() const { return target_.complex.collision; }
-  Vec3 at(V v) const { return target_.position[v.index()]; }
   MovedMaterial material() const { return {before_, target_.position}; }
-  Vec3 place(const RestPoint& p) const { return place_of(mesh(), p, target_.position); }
 
   SweepReport report() const {
     return {opening_.opened(),  busy_ + opening_.refused(),
             opening_.retried(), uncut_.reason != UncutReason::kNone ? uncut_ : opening_.uncut(),
-            leaning_,           dirty_};
+            leaning_,           paths_.has_cut()};
   }
 
-  /// The path of a front goes on from a vertex that it has come to.
-  void keep_end(BladeFront& f, V vertex) const {
-    if (f.start.kind == Stop::Kind::kVertex && f.start.vertex == vertex) return;
-    f.before = f.start.kind == Stop::Kind::kVertex ? f.start.vertex : V{};
-    f.start = Stop::at_vertex(vertex);
-    f.came = rounding_.rest(f.end);
-    f.trail.clear();
-    f.touch.reset();
-    (void)finder_.locate(f);
+  MovingFront front(const BladeFront& f) const {
+    return {rounding_.rest(f.end), place_of(mesh(), f.end, target_.position)};
   }
-
-  // ---- which arcs, in which order
-
-  MovingFront front(const BladeFront& f) const { return {rounding_.rest(f.end), place(f.end)}; }
   std::vector<MovingFront> fronts() const {
     std::vector<MovingFront> fronts;
     for (const BladeFront& f : old_) fronts.push_back(front(f));
@@ -160,7 +120,7 @@ class Sweep {
       const auto farthest =
           std::max_element(f.trail.begin(), f.trail.end(), [&](Vec3 p, Vec3 q) { return off(p) < off(q); });
       const bool turned = farthest != f.trail.end() && off(*farthest) > tolerance;
-      const Vec3 last = rounding_.rest(stop_of(arc.end));
+      const Vec3 last = rounding_.rest(paths_.stop_of(arc.end));
       const bool returns =
           arc.end.kind == Kind::kBorder && rounding_.same_lip(f.start, arc.end.border, rounding_.rest(f.start), last);
       const auto is_far = [&](double distance) { return distance >= rounding_.near(); };
@@ -185,7 +145,7 @@ class Sweep {
       }
       const std::size_t vertices = mesh().vertex_count();
       const Vec3 came = rounding_.rest(until.end);
-      const PathEnd end = make_end(until, !leaves || f.touch->needed);
+      const PathEnd end = paths_.make_end(until, !leaves || f.touch->needed);
       const Stop start = !end.made
                              ? f.start
                              : Stop::at_vertex(leaves ? finder_.twin_towards(end.vertex, vertices, f.end) : end.vertex);
@@ -207,21 +167,24 @@ class Sweep {
     std::vector<MovingFront> fronts;
     std::vector<int> which;
     for (std::size_t i = 0; i < old_.size(); ++i)
-      if (!used_[i] && finder_.locate(old_[i])) {
+      if (!paths_.is_used(i) && finder_.locate(old_[i])) {
         fronts.push_back(front(old_[i]));
         which.push_back(static_cast<int>(i));
       }
     std::vector<BladeArc> arcs = find(fronts);
+    for (BladeArc& arc : arcs)
+      for (ArcEnd* e : {&arc.begin, &arc.end})
+        if (is_front(*e)) e->front = which[kerf::at(e->front)];
     for (RestPoint& p : points) {
       if (!finder_.locate(p, {})) continue;
-      for (BladeArc& arc : arcs) {
-        if (std::find(arc.faces.begin(), arc.faces.end(), p.face) == arc.faces.end()) continue;
-        for (ArcEnd* e : {&arc.begin, &arc.end})
-          if (is_front(*e)) e->front = which[kerf::at(e->front)];
-        if (arc.begin.kind == Kind::kIs && arc.end.kind != Kind::kIs) arc.reverse();
-        follow(arc);
-        break;
-      }
+      const auto there = std::find_if(arcs.begin(), arcs.end(), [&](const BladeArc& arc) {
+        return std::find(arc.faces.begin(), arc.faces.end(), p.face) != arc.faces.end();
+      });
+      if (there == arcs.end()) continue;
+      BladeArc arc = std::move(*there);
+      arcs.erase(there);
+      if (arc.begin.kind == Kind::kIs && arc.end.kind != Kind::kIs) arc.reverse();
+      follow(arc);
     }
   }
 
@@ -290,7 +253,7 @@ class Sweep {
                norm(p - lerp(chord[0], chord[1], foot)) < cut::kPathDone * target_.complex.mean_root_edge;
       });
     };
-    return is_near(rounding_.rest(stop_of(arc.begin))) && is_near(rounding_.rest(stop_of(arc.end))) &&
+    return is_near(rounding_.rest(paths_.stop_of(arc.begin))) && is_near(rounding_.rest(paths_.stop_of(arc.end))) &&
            std::all_of(arc.crossings.begin(), arc.crossings.end(),
                        [&](const ArcCrossing& c) { return is_near(rounding_.rest(c)); });
   }
@@ -301,7 +264,7 @@ class Sweep {
       return std::any_of(stroke_.cut_along.begin(), stroke_.cut_along.end(),
                          [&](const auto& chord) { return distance_to_segment(p, chord[0], chord[1]) < near; });
     };
-    return is_near(rounding_.rest(stop_of(arc.begin))) || is_near(rounding_.rest(stop_of(arc.end)));
+    return is_near(rounding_.rest(paths_.stop_of(arc.begin))) || is_near(rounding_.rest(paths_.stop_of(arc.end)));
   }
   bool lies_along(const BladeArc& a, double cosine) const {
     return lies_along(a.faces.front(), cosine) || lies_along(a.faces.back(), cosine);
@@ -313,258 +276,15 @@ class Sweep {
     return kerf::lies_along(mesh(), target_.position, face, move_.is.along, cosine);
   }
 
-  /// Along a sheet an edge comes to what lies ahead of a front when that is deep enough, not at once: until then the front waits at the tip of its slit.
-  bool waits(const BladeFront& f) const {
-    return f.along && f.start.kind == Stop::Kind::kVertex &&
-           (!mesh().on_border(f.start.vertex) || rounding_.may_pass(f.start.vertex));
-  }
-  /// How far the lips of an arc will lie beside what the edge has swept.
-  void note_leaning(const BladeArc& arc) {
-    if (!target_.complex.closed || arc.crossings.empty() || arc.closed) return;
-    const Vec3 swept = normalized(
-        cross(move_.is.along, place(rest_point(mesh(), arc.end.point)) - place(rest_point(mesh(), arc.begin.point))));
-    for (const F face : arc.faces) {
-      if (lies_along(face, cut::kPathFlat)) continue;
-      const H h = CollisionMesh::corner(face, 0);
-      const std::array<V, 3> v = {mesh().from(h), mesh().to(h), mesh().apex(h)};
-      const double half = (norm(mesh().offset[v[0]]) + norm(mesh().offset[v[1]]) + norm(mesh().offset[v[2]])) / 3;
-      const double sine = std::abs(dot(normalized(cross(at(v[1]) - at(v[0]), at(v[2]) - at(v[0]))), swept));
-      const double distance = half * sine / std::sqrt(1 - sine * sine);
-      if (distance > leaning_.distance)
-        leaning_ = {distance, (1.0 / 3) * (mesh().rest[v[0]] + mesh().rest[v[1]] + mesh().rest[v[2]])};
-    }
-  }
-
-  // ---- one arc
-
   void follow(BladeArc& arc) {
     if (std::any_of(arc.faces.begin(), arc.faces.end(), [&](F f) { return opening_.divided(f); })) {
       left_.push_back(middle(arc));
       return;
     }
-    along_ = lies_along(arc.faces.back(), cut::kPathLeans) ||
-             (is_front(arc.begin) ? begins_along(arc) : lies_along(arc.faces.front(), cut::kPathLeans));
-    note_leaning(arc);
-    if (arc.closed) return cut_loop(arc);
-    if (arc.begin.kind == Kind::kIs && !arc.crossings.empty()) return cut_to_both_sides(arc);
-    const bool ends_at_blade = arc.end.kind == Kind::kIs;
-    RestPoint goal = rest_point(mesh(), arc.end.point);
-    Stop begin, end;
-    std::vector<Vec3> trail;
-    std::optional<BladeTouch> touch;
-    V before;
-    BesideBorder beside;
-    Vec3 came = rounding_.rest(rest_point(mesh(), arc.begin.point)), last_end = came;
-    beside.set_place(came);
-    if (const BladeFront* front = is_front(arc.begin) ? take(arc, arc.begin) : nullptr) {
-      begin = front->start;
-      trail = front->trail;
-      touch = front->touch;
-      before = front->before;
-      came = front->came;
-      beside = front->beside;
-      last_end = rounding_.rest(front->end);
-    } else {
-      rounding_.join_begin(arc);
-      begin = stop_of(arc.begin);
-      if (arc.begin.kind == Kind::kWas) stroke_.began.push_back(came);
-    }
-    arc.reverse();
-    if (const BladeFront* front = is_front(arc.begin) ? take(arc, arc.begin) : nullptr) {
-      arc.reverse();
-      end = front->start;
-    } else {
-      arc.reverse();
-      if (!ends_at_blade) rounding_.join_end(arc, &begin, BesideBorder::none());
-      end = ends_at_blade ? Stop::inside(goal) : stop_of(arc.end);
-    }
-
-    PathRounding::reduce(arc);
-    drawn_.assign(1, came);
-    drawn_.insert(drawn_.end(), trail.begin(), trail.end());
-    for (const ArcCrossing& c : arc.crossings) drawn_.push_back(rounding_.rest(c));
-    drawn_.push_back(rounding_.rest(rest_point(mesh(), arc.end.point)));
-    // Along a lip that it begins or ends on nothing is cut.
-    const Vec3 first = rounding_.rest(begin), last = rounding_.rest(end);
-    const PathRounding::Slid slid = rounding_.slide(arc, begin, last, end);
-    if (slid.all && !ends_at_blade) return;
-    if (!slid.all && end.border(mesh()).valid()) {
-      arc.reverse();
-      const bool back = rounding_.slide(arc, end, first, begin).all;
-      arc.reverse();
-      if (back) return;
-    }
-    if (slid.all) arc.crossings.clear();
-    if (norm(rounding_.rest(begin) - first) > 0) {
-      trail.clear(), touch.reset();
-      beside.set_place(slid.left);
-    }
-    if (ends_at_blade) {
-      // What the path crosses up to where it has come already is seen.
-      for (std::size_t k = 0; k < arc.crossings.size() && beside.sides != 0; ++k)
-        if (const Vec3 x = rounding_.rest(arc.crossings[k]); beside.is_ahead(x))
-          beside.come_to(mesh(), arc.faces[k], x, rounding_.beside());
-      beside.come_to(mesh(), goal.face, rounding_.rest(goal), rounding_.beside());
-      rounding_.hold_at_border(arc, goal);
-    }
-    rounding_.begin_on_edge(arc, begin);
-    std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
-    go_round_edge(stops, arc.faces.front(), trail);
-    if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
-      const std::size_t vertices = mesh().vertex_count();
-      if (open(stops, drawn_)) {
-        begin = Stop::at_vertex(ends_at_blade ? finder_.twin_towards(opening_.made().back(), vertices, goal)
-                                              : opening_.made().back());
-        before = before_last();
-      } else if (opening_.only_crumbs() && stops.back().border(mesh()).valid()) {
-        part_by_parts(stops);
-        begin = stops.back();  // between two borders nothing but crumbs is left
-        before = {};
-      } else {
-        return;
-      }
-      if (stops.size() > 1) trail.clear();
-      // What it came near to is still to be joined while the path has not left it.
-      if (stops.size() > 1 && touch && norm(touch->border - rounding_.rest(begin)) >= rounding_.near()) touch.reset();
-      if (!touch) came = last_end;
-    }
-    if (!ends_at_blade) return;
-    BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};
-    finder_.note(f);
-    stroke_.ends.push_back(std::move(f));
-  }
-
-  /// To the place of the rim that is nearest at rest: what is stretched between them says nothing better.
-  void part_strand(const PassedRim& passed) {
-    const Vec3 from = mesh().rest[passed.from], a = mesh().rest[mesh().from(passed.rim)],
-               b = mesh().rest[mesh().to(passed.rim)];
-    const Stop rim = rounding_.on_border(passed.rim, closest_on_segment(from, a, b));
-    (void)open(std::array{Stop::at_vertex(passed.from), rim}, std::array{from, rounding_.rest(rim)});
-  }
-
-  /// The parts of a path that holds a crumb, from one border to the next: those without a crumb part the body.
-  void part_by_parts(std::span<const Stop> stops) {
-    std::size_t first = 0;
-    for (std::size_t k = 1; k < stops.size(); ++k) {
-      if (!stops[k].border(mesh()).valid()) continue;
-      const std::span<const Stop> part = stops.subspan(first, k - first + 1);
-      if (part.size() < stops.size()) (void)open(part, {}, false, false);
-      first = k;
-    }
-  }
-
-  /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.
-  void go_round_edge(std::vector<Stop>& stops, F face, const std::vector<Vec3>& trail) const {
-    if (stops.size() < 2 || !comes_back(stops[0], stops[1], face)) return;
-    const Vec3 first = rounding_.rest(stops[0]), next = rounding_.rest(stops[1]);
-    Vec3 farthest;
-    double most = rounding_.feature();
-    for (const Vec3 p : trail)
-      if (const double far = distance_to_segment(p, first, next); far > most) most = far, farthest = p;
-    if (most == rounding_.feature()) return;
-    RestPoint point{face, planar_of(mesh(), face, farthest)};
-    if (find_face(mesh(), point, stops[0].vertex, 0) && finder_.begins_in(stops[0], point.face))
-      stops.insert(stops.begin() + 1, Stop::inside(point));
-  }
-  bool comes_back(const Stop& first, const Stop& next, F face) const {
-    if (first.kind == Stop::Kind::kEdge)
-      return next.kind == Stop::Kind::kEdge && next.a == first.a && next.b == first.b;
-    return first.kind == Stop::Kind::kVertex && std::any_of(std::begin(kCorners), std::end(kCorners), [&](int k) {
-             const H h = CollisionMesh::corner(face, k);
-             const bool begins = mesh().from(h) == first.vertex || mesh().to(h) == first.vertex;
-             return begins && mesh().has_chain(h) && rounding_.distance(h, rounding_.rest(next)) < rounding_.feature();
-           });
-  }
-  static constexpr int kCorners[] = {0, 1, 2};
-
-  void cut_loop(const BladeArc& arc) {
-    std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
-    if (stops.size() < 3) return;
-    stops.push_back(stops.front());
-    (void)open(stops, {}, true);
-  }
-
-  /// The edge comes down on its length: two fronts.
-  void cut_to_both_sides(const BladeArc& arc) {
-    const RestPoint ends[2] = {rest_point(mesh(), arc.begin.point), rest_point(mesh(), arc.end.point)};
-    const std::vector<Stop> stops = rounding_.stops_of({}, arc, {});
-    if (stops.empty()) return;
-    Stop starts[2] = {stops.front(), stops.back()};
-    V before[2];
-    if (open(stops, {})) {
-      const std::vector<V>& made = opening_.made();
-      starts[0] = Stop::at_vertex(made.front()), starts[1] = Stop::at_vertex(made.back());
-      before[0] = made.size() > 1 ? made[1] : V{}, before[1] = before_last();
-    } else if (!opening_.only_crumbs() || !starts[0].border(mesh()).valid() || !starts[1].border(mesh()).valid()) {
-      return;  // else both fronts go on from lips
-    }
-    for (int k = 0; k < 2; ++k) {
-      BladeFront f{starts[k], before[k], ends[k], rounding_.rest(ends[1 - k]), false, {}, {}, BesideBorder::none(),
-                   along_};
-      finder_.note(f);
-      stroke_.ends.push_back(std::move(f));
-    }
-  }
-
-  bool open(std::span<const Stop> stops, std::span<const Vec3> drawn, bool closed = false, bool needed = true) {
-    if (!(needed ? opening_.open(stops, drawn, closed) : opening_.open_if_possible(stops, drawn))) return false;
-    if (leads_ && along_ && !stroke_.through)
-      for (std::size_t i = 1; i < opening_.made().size(); ++i)
-        stroke_.cut_along.push_back({mesh().rest[opening_.made()[i - 1]], mesh().rest[opening_.made()[i]]});
-    return dirty_ = true;
-  }
-
-  V before_last() const { return opening_.made().size() > 1 ? opening_.made()[opening_.made().size() - 2] : V{}; }
-
-  /// The front that an arc begins at, the arc led to where its path begins; or null, if none leads there: the arc lies on the other lip of the slit that the
-  /// front waits in, and begins where the edge was.
-  const BladeFront* take(BladeArc& arc, ArcEnd& begin) {
-    const BladeFront& front = old_[kerf::at(begin.front)];
-    if (!finder_.begin_at(arc, front)) {
-      begin.kind = Kind::kWas;
-      return nullptr;
-    }
-    used_[kerf::at(begin.front)] = true;
-    return &front;
-  }
-  Stop stop_of(const ArcEnd& e) const {
-    return e.kind == Kind::kBorder ? rounding_.on_border(e.border, e.fraction)
-                                   : Stop::inside(rest_point(mesh(), e.point));
-  }
-
-  struct PathEnd {
-    V vertex, before;
-    bool made = false;       // something was cut; else the front's start, or a vertex beside it
-    bool on_border = false;  // not its own lip
-  };
-  /// Cuts up to where a front's blade is, or to a border near it. `needed`: what can't be cut is a refusal.
-  PathEnd make_end(const BladeFront& f, bool needed = true) {
-    along_ = f.along;
-    const PathEnd stay{f.start.kind == Stop::Kind::kVertex ? f.start.vertex : f.start.a, f.before};
-    BladeArc arc;
-    arc.faces.push_back(f.end.face);
-    arc.end.kind = Kind::kIs;
-    arc.end.point = {f.end.face, weights_of(mesh(), f.end)};
-    if (!finder_.begin_at(arc, f)) return stay;
-    rounding_.join_end(arc, &f.start, closes(f) ? BesideBorder::none() : f.beside, f.in_slit);
-    const bool joined = arc.end.kind == Kind::kBorder;
-    if (!joined && (f.in_slit || norm(rounding_.rest(f.start) - rounding_.rest(f.end)) < rounding_.feature()))
-      return stay;
-    PathRounding::reduce(arc);
-    drawn_.assign(1, f.came);
-    drawn_.insert(drawn_.end(), f.trail.begin(), f.trail.end());
-    drawn_.push_back(rounding_.rest(f.end));
-    std::vector<Stop> stops =
-        rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
-    go_round_edge(stops, arc.faces.front(), f.trail);
-    return open(stops, drawn_, false, needed) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
-  }
-
-  /// Has the stroke come back to where it began? Then that is where it ends, whatever runs beside it.
-  bool closes(const BladeFront& f) const {
-    const Vec3 is = rounding_.rest(f.end);
-    return std::any_of(stroke_.began.begin(), stroke_.began.end(),
-                       [&](Vec3 p) { return norm(is - p) < rounding_.feature(); });
+    const bool along = lies_along(arc.faces.back(), cut::kPathLeans) ||
+                       (is_front(arc.begin) ? begins_along(arc) : lies_along(arc.faces.front(), cut::kPathLeans));
+    if (target_.complex.closed) find_leaning(mesh(), target_.position, arc, move_.is.along, leaning_);
+    paths_.cut(arc, along);
   }
 
   /// A point in the middle of an arc.
@@ -581,22 +301,17 @@ class Sweep {
 
   BladeStroke& stroke_;
   SweepTarget& target_;
-  cut::CutContext cut_;
-  PathRounding rounding_;
-  FrontFinder finder_;
-  PathOpening opening_;
-  const std::vector<Vec3>& before_;  // where vertices were at the last pose
-  std::size_t vertices_before_;      // the move
-  int busy_ = 0;                     // arcs whose faces were never free
-  UncutPath uncut_;                  // the first of them
+  BladePaths paths_;
+  const PathRounding& rounding_ = paths_.rounding();
+  const FrontFinder& finder_ = paths_.finder();
+  PathOpening& opening_ = paths_.opening();
+  std::vector<BladeFront>& old_ = paths_.fronts();  // at the last pose
+  const std::vector<Vec3>& before_;                 // where vertices were then
+  std::size_t vertices_before_;                     // the move
+  int busy_ = 0;                                    // arcs whose faces were never free
+  UncutPath uncut_;                                 // the first of them
   LeaningCut leaning_;
   BladeMove move_;
-  bool dirty_ = false;
-  bool leads_ = false;           // what is opened is not provisional
-  bool along_ = false;           // the arc at work, or its front, has come through a sheet that lies along the blade
-  std::vector<BladeFront> old_;  // at the last pose
-  std::vector<Vec3> drawn_;      // of one arc
-  std::vector<char> used_;       // of old_: an arc has begun or ended there
   std::vector<RestPoint> left_;  // one of each arc whose faces another has divided
 };
 
@@ -663,8 +378,6 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).make_ends(); }
 
-SweepReport part_strands(BladeStroke& stroke, SweepTarget& target) { return Sweep(stroke, target).part_strands(); }
-
 bool meets_material(SweepTarget& target, const BladeEdge& from, const BladeEdge& to) {
   add_new(target);
   const MovedMaterial material{target.before ? *target.before : target.position, target.position};
@@ -678,7 +391,6 @@ void lift_blade(BladeStroke& stroke) {
   stroke.started = stroke.standing = false;
   stroke.fronts.clear();
   stroke.ends.clear();
-  stroke.passed.clear();
   stroke.cut_along.clear();
   stroke.began.clear();
   stroke.provisional = false;

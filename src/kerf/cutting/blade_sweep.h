@@ -25,7 +25,7 @@
 #include "kerf/cutting/cut_options.h"
 #include "kerf/cutting/cut_scratch.h"
 #include "kerf/cutting/face_boxes.h"
-#include "kerf/cutting/passed_rim.h"
+#include "kerf/cutting/leaning_cut.h"
 #include "kerf/cutting/uncut_path.h"
 
 namespace kerf {
@@ -38,22 +38,11 @@ struct BladeStroke {
   bool through = false;   ///< cut every layer the blade meets, not only the first from its base
   std::vector<CollisionVertex> fronts;  ///< where the cut has got to, one per layer; provisional ends included
   std::vector<BladeFront> ends;         ///< the same as seen from `mark`
-  std::vector<PassedRim> passed;  ///< per front, or empty: the rim that the edge has gone by, or none; the caller's
   std::vector<std::array<Vec3, 2>>
       cut_along;             ///< chords, at rest, of sheets that lie along the blade, but for provisional ones
   std::vector<Vec3> began;   ///< places inside the body, at rest, where paths of the stroke began
   bool provisional = false;  ///< there is work after `mark`, to be taken back before the next pose
   JournalMark mark;          ///< of the caller's journal
-};
-
-/// The lips of a cut lie beside what its blade swept where the blade leans: walls stand square on the mid-surface.
-//      blade \   |  wall
-//   skin _____\__|____
-//              \ |     distance: half the thickness x the lean's tangent
-//   - - - - - - \x - -  mid-surface
-struct LeaningCut {
-  double distance = 0;  ///< metres, the most
-  Vec3 at;              ///< there, at rest
 };
 
 /// What one step of a move did.
@@ -89,11 +78,6 @@ SweepReport lead_blade(BladeStroke& stroke, const BladeEdge& edge, SweepTarget& 
 
 /// Cuts on to where the blade is: what is cut here is provisional. `stroke.mark` has been set since lead_blade.
 SweepReport make_ends(BladeStroke& stroke, SweepTarget& target);
-
-/// Of a blade that has gone by rims (`stroke.passed`, not empty): cuts from the fronts to them. What is provisional stays, and the paths go on from
-/// there: without its last bit a tip would be where the material around it is, not where the edge has drawn it. What else the blade has passed since its last
-/// pose is cut from where the fronts are when it is led on.
-SweepReport part_strands(BladeStroke& stroke, SweepTarget& target);
 
 /// Does a blade meet the mid-surface on its way from one edge to another, while vertices go from `target.before` to `target.position`? Ends in the material
 /// count.

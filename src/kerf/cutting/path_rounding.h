@@ -80,10 +80,9 @@ class PathRounding {
   std::vector<CutStop> stops_of(const CutStop& begin, const BladeArc& arc, const CutStop& end,
                                 const BesideBorder& beside = kNone) const;
 
+ private:
   /// A path may go through an inner vertex, and through the tip or a corner of a slit.
   [[nodiscard]] bool may_pass(CollisionVertex v) const;
-
- private:
   [[nodiscard]] double length(CollisionHalfEdge h) const { return norm(rest(mesh_.to(h)) - rest(mesh_.from(h))); }
   [[nodiscard]] double foot(CollisionHalfEdge h, Vec3 x) const;
   [[nodiscard]] double snap(CollisionHalfEdge h) const;

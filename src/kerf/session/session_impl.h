@@ -339,8 +339,6 @@ struct Session::Impl {
   void feel_tools();
   /// m that the farthest front lies behind an edge, in the plane of its blade; `reach` at most.
   [[nodiscard]] double fronts_behind(const BladeEdge& now, Vec3 into, double reach);
-  /// Notes the rims that are more than `least` m behind an edge, in the plane of its blade. Are there any?
-  [[nodiscard]] bool note_passed_rims(const BladeEdge& now, Vec3 into, double least);
   /// How the material at an edge has moved since the edge was there and collision vertices were at `places`.
   MaterialMotion motion_at(const BladeEdge& was, const std::vector<Vec3>& places);
   /// m: how far an edge has gone through that material, there.

@@ -203,7 +203,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   const BladeEdge last_pose =
       had_pose ? motion_at(blade.posed.edge(), state.stroke->places).moved(blade.posed.edge()) : edge;
   begin_pose();
-  const bool gone_by = !blade.passed.empty(), taken_back = blade.provisional && !gone_by;
+  const bool taken_back = blade.provisional;
   if (taken_back) {
     const CollisionMesh& mesh = state.body.complex.collision;
     const auto lips = find_joined_lips(mesh, mark_of(state.body, blade.mark, mesh.origin),
@@ -217,7 +217,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   before.resize(std::min(before.size(), sweep_positions.size()));
   SweepTarget target{state.body.complex, sweep_positions, sweep_boxes,
                      cut_scratch,        cut_options,     before.empty() ? nullptr : &before};
-  SweepReport report = gone_by ? part_strands(blade, target) : lead_blade(blade, edge, target);
+  SweepReport report = lead_blade(blade, edge, target);
   if (report.changed || !taken_back) {
     trouble = follow_complex(following);
     mark_synced();
@@ -228,12 +228,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   state.stroke->uncut_end = ends.uncut;
   report += ends;
   if (report.leaning.distance > state.stroke->leaning.distance) state.stroke->leaning = report.leaning;
-  if (state.stroke->frame == SceneFrame::kWorld) {
-    // Led no farther, the blade has still to cut what it has passed since.
-    if (!gone_by) before.clear();
-    const auto known = static_cast<std::ptrdiff_t>(before.size());
-    before.insert(before.end(), sweep_positions.begin() + known, sweep_positions.end());
-  }
+  if (state.stroke->frame == SceneFrame::kWorld) before = sweep_positions;
   if (trouble) trouble = follow_complex(following);
   if (!trouble) {
     // What follows the meshes could not; the body goes back to where the stroke began.

@@ -13,7 +13,6 @@
 
 #include <fmt/format.h>
 
-#include "kerf/cutting/passed_rim.h"
 #include "kerf/session/session_impl.h"
 #include "kerf/session/tolerances.h"
 #include "kerf/spatial/segment_queries.h"
@@ -408,21 +407,9 @@ Status Session::Impl::cut_with(std::size_t i, double until) {
   const bool comes_up =
       passed ? *passed > most
              : gives_way && ahead > std::max(kForward * norm(way), kLeastWay * state.body.complex.mean_root_edge);
-  const bool gone_by = !scissors && note_passed_rims(now, forward, most);
-  if (comes_up || gone_by) KERF_TRY(move_blade(now));
+  if (comes_up) KERF_TRY(move_blade(now));
   resist(i, now, norm(into) > 0 ? normalized(into) : forward, edge_in);
   return {};
-}
-
-bool Session::Impl::note_passed_rims(const BladeEdge& now, Vec3 into, double least) {
-  BladeStroke& blade = state.stroke->blade;
-  blade.passed.clear();
-  const PassingEdge edge{now, into, least, kBesideTip * state.body.complex.mean_root_edge};
-  for (const CollisionVertex v : blade.fronts)
-    blade.passed.push_back(passed_rim(state.body.complex.collision, deformed_collision(), v, edge));
-  const bool any = std::any_of(blade.passed.begin(), blade.passed.end(), [](const PassedRim& p) { return p.exists(); });
-  if (!any) blade.passed.clear();
-  return any;
 }
 
 double Session::Impl::fronts_behind(const BladeEdge& now, Vec3 into, double reach) {

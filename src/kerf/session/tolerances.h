@@ -42,9 +42,6 @@ inline constexpr double kLook = 0.02;
 /// Mean collision edges: material nearer to a lip, across the edge, is cut. Cuts run up to 0.2 beside the blade.
 inline constexpr double kBesideCut = 0.3;
 
-/// Mean collision edges: so far from the tip of a cut a strand may be thinner than at the tip, where the path has run along the rim.
-inline constexpr double kBesideTip = 0.1;
-
 /// Mean collision edges that lips may lie beside where a leaning blade passed the skin, before it is noted: cuts of upright blades lie within 0.084, the
 /// path tolerance and the minimum feature. In the steak this is a lean of 13 degrees, half 7, double 25. Strokes of the shipped scenes reach 0.03.
 inline constexpr double kBesideBlade = 0.1;

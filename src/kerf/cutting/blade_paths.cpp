@@ -149,8 +149,7 @@ void BladePaths::go_round_edge(std::vector<Stop>& stops, F face, const std::vect
     stops.insert(stops.begin() + 1, Stop::inside(point));
 }
 bool BladePaths::comes_back(const Stop& first, const Stop& next, F face) const {
-  if (first.kind == Stop::Kind::kEdge)
-    return next.kind == Stop::Kind::kEdge && next.a == first.a && next.b == first.b;
+  if (first.kind == Stop::Kind::kEdge) return next.kind == Stop::Kind::kEdge && next.a == first.a && next.b == first.b;
   return first.kind == Stop::Kind::kVertex && std::any_of(std::begin(kCorners), std::end(kCorners), [&](int k) {
            const H h = CollisionMesh::corner(face, k);
            const bool begins = mesh().from(h) == first.vertex || mesh().to(h) == first.vertex;
@@ -223,8 +222,7 @@ PathEnd BladePaths::make_end(const BladeFront& f, bool needed) {
   drawn_.assign(1, f.came);
   drawn_.insert(drawn_.end(), f.trail.begin(), f.trail.end());
   drawn_.push_back(rounding_.rest(f.end));
-  std::vector<Stop> stops =
-      rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
+  std::vector<Stop> stops = rounding_.stops_of(f.start, arc, joined ? stop_of(arc.end) : Stop::inside(f.end), f.beside);
   go_round_edge(stops, arc.faces.front(), f.trail);
   return open(stops, drawn_, false, needed) ? PathEnd{opening_.made().back(), before_last(), true, joined} : stay;
 }
@@ -235,6 +233,8 @@ bool BladePaths::closes(const BladeFront& f) const {
                      [&](Vec3 p) { return norm(is - p) < rounding_.feature(); });
 }
 
-V BladePaths::before_last() const { return opening_.made().size() > 1 ? opening_.made()[opening_.made().size() - 2] : V{}; }
+V BladePaths::before_last() const {
+  return opening_.made().size() > 1 ? opening_.made()[opening_.made().size() - 2] : V{};
+}
 
 }  // namespace kerf

@@ -12,7 +12,6 @@
 namespace kerf {
 namespace {
 
-using V = CollisionVertex;
 using H = CollisionHalfEdge;
 using F = CollisionTriangle;
 using Kind = ArcEnd::Kind;

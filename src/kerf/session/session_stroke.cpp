@@ -199,9 +199,9 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
   // The blade meets the body as it is now, or as it was before anything moved.
   place_for_sweep(state.stroke->frame);
   CutTimes following;
-  const bool had_pose = blade.started;
-  const BladeEdge last_pose =
-      had_pose ? motion_at(blade.posed.edge(), state.stroke->places).moved(blade.posed.edge()) : edge;
+  const BladeEdge posed = blade.posed.edge();
+  const bool severs = blade.started && !bonds.empty();
+  const BladeEdge last_pose = severs ? motion_at(posed, state.stroke->places).moved(posed) : posed;
   begin_pose();
   const bool taken_back = blade.provisional;
   if (taken_back) {
@@ -238,7 +238,7 @@ Status Session::Impl::move_blade(const BladeEdge& edge) {
     return trouble;
   }
   end_pose();
-  if (had_pose) sever_bonds(last_pose, edge);
+  if (severs) sever_bonds(last_pose, edge);
   record.triangles += report.steps;
   record.refused += report.refused;
   record.retried += report.retried;

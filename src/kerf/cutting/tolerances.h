@@ -111,8 +111,8 @@ inline constexpr double kPathFlat = 0.1;
 /// The same, from the first cut along the blade in a stroke on: what rolls on its side before it gives way is still cut. At half, two in a hundred strips that are
 /// held far from the blade hang on by strands; at double, the same strips and slabs part.
 inline constexpr double kPathLeans = 0.3;
-/// Mean root edges at rest within which of a cut along the blade all is of one sheet, however it lies. Half: the same of 82 strips that roll on their side
-/// part. At zero, three more of them hang on by strands.
+/// Mean root edges at rest within which of a cut along the blade all is of one sheet, however it lies. Of 82 strips that roll on their side one hangs on by
+/// a strand, at half too; at double none does, at zero four. Layers that lie nearer at rest are cut together.
 inline constexpr double kPathBeside = 1;
 /// Times that arcs whose faces others have divided are looked for again. At half, dice with a blade that cuts all layers leave a layer; at double nothing
 /// changes.

@@ -53,6 +53,22 @@ TEST(SessionCommands, TheLastBitOfAStrokeIsCutBeforeTheNextBegins) {
   EXPECT_EQ(session->counts().pieces, 1);
 }
 
+TEST(SessionCommands, AStrokeMayBeginWhenTheOneBeforeEnds) {
+  const double late = 0.14 + 0.002;  // one bit after 0.142
+  ASSERT_GT(late, 0.142);
+  Scene scene = sheet();
+  scene.simulation.time_step = 0.001;
+  scene.commands = {blade(0.14, 0.002, -0.2), blade(0.142, 0.05, 0.2)};
+  Session session = test::make(scene);
+  ASSERT_TRUE(session.step(200).ok());
+  EXPECT_EQ(session.counts().pieces, 3);
+  EXPECT_EQ(session.undo_depth(), 2);
+  scene.commands[1].at = 0.1419;
+  const auto overlaps = Session::create(scene);
+  ASSERT_FALSE(overlaps.ok());
+  EXPECT_NE(overlaps.error().message.find("one blade cuts at a time"), std::string::npos);
+}
+
 TEST(SessionCommands, AnUndoBeyondTheFirstStrokeIsNotedAndTheRunGoesOn) {
   Scene scene = sheet();
   scene.file = "scene.toml";

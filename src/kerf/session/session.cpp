@@ -16,6 +16,7 @@
 #include "kerf/scene/scene_place.h"
 #include "kerf/session/scene_bodies.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -33,7 +34,7 @@ Status check_commands(const Scene& scene) {
     if (!blade) continue;
     if (blade->poses.empty())
       return bad_input(scene_place(scene, c.line) + "this blade has no poses; give it two or more to sweep between");
-    if (c.at < end)
+    if (c.at * (1 + kSameTime) < end)
       return bad_input(
           fmt::format("{}this blade starts at {} s, before the one {}has ended ({} s); one blade cuts at a time",
                       scene_place(scene, c.line), c.at, line > 0 ? fmt::format("of line {} ", line) : "", end));

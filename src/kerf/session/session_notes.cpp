@@ -24,8 +24,6 @@ constexpr int kMostUncutNotes = 20;
 constexpr int kMostLeaningNotes = 20;
 /// On the way of a stroke that has cut nothing, where it is asked whether the edge ends in material.
 constexpr int kPlacesLookedAt = 32;
-/// Relative: sums of decimal fractions end a few bits late.
-constexpr double kSameTime = 1e-9;
 
 /// What leads one thing along a path, from `began` to `end`.
 struct Leading {

@@ -4,6 +4,9 @@
 
 namespace kerf {
 
+/// Of a time: what begins so much before another ends begins after it. Sums of decimal fractions are off by 1e-16. Half and double are rounding too.
+inline constexpr double kSameTime = 1e-9;
+
 /// Young's modulus times the edge of a cell: stiffness with which a border that crosses a whole cell is held there, as if the cell were longer by one over this. At half the
 /// meniscus sags by 2 % more; at 100 it takes 36 iterations a step for 28, and sags by 2 % less.
 inline constexpr double kHoldStiffness = 25;

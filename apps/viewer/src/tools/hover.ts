@@ -16,6 +16,8 @@ export class Hover {
   private rayOut = 0;
   private raySince = 0;
   private rayAt: { origin: Vec3; direction: Vec3 } | null = null;
+  /** The stroke in which that ray was sent. A ray sent before the press is of another place. */
+  private rayStroke: Stroke | null = null;
 
   constructor(private readonly app: App) {}
 
@@ -47,6 +49,7 @@ export class Hover {
       (toolInfo(this.app.tool).size?.near ?? 0) * this.app.instrumentSize(this.app.tool),
     );
     this.raySince = now;
+    this.rayStroke = this.app.hand.stroke;
   }
 
   hit(hit: Hit): void {
@@ -94,7 +97,7 @@ export class Hover {
   /** A probe stays where it is until it has met the body: whoever holds it elsewhere is told so. */
   private tell(touching: boolean): void {
     const { stroke } = this.app.hand;
-    if (!stroke || stroke === this.settled || stroke.tool !== 'probe') return;
+    if (!stroke || stroke !== this.rayStroke || stroke === this.settled || stroke.tool !== 'probe') return;
     this.settled = stroke;
     if (!touching) this.app.listener?.toast(toolInfo('probe').missed!, false);
   }

@@ -120,6 +120,72 @@ INSTANTIATE_TEST_SUITE_P(Bodies, DrawnCurve,
                                   std::to_string(c.param.visual_triangles);
                          });
 
+/// Circles of all sizes with 360 poses each, from anywhere on them: fn(body, middle, radius in metres).
+template <class Fn>
+void for_circles(StrokeBody& b, double radius, Fn&& fn) {
+  const double edge = b.body.mean_root_edge;
+  const Vec3 middle = b.box.center();
+  Random random(5);
+  for (int i = 0; i < 12; ++i) {
+    const Vec2 at{middle.x + random.uniform(-0.6, 0.6) * edge, middle.y + random.uniform(-0.6, 0.6) * edge};
+    b.make_whole();
+    b.cut(circle(at, radius * edge, 360, random.uniform(0, 6)), 1);
+    EXPECT_EQ(b.refused, 0);
+    ASSERT_EQ(b.pieces(), 2);
+    const Status valid = validate_complex(b.body, b.start);
+    ASSERT_TRUE(valid.ok()) << valid.error().message;
+    fn(at, radius * edge);
+  }
+}
+
+// More bends are more vertices. Were each moved aside where an edge is near, finer paths would be rougher.
+TEST(DrawnCurves, AFinerToleranceIsNotRougher) {
+  for (const double radius : {0.25, 0.5, 1.0, 1.5}) {
+    double coarser = HUGE_VAL;
+    for (const double tolerance : {0.048, 0.024, 0.012, 0.006, 0.003}) {
+      StrokeBody b("steak");
+      b.options.path_tolerance = tolerance;
+      double sum = 0, most = 0;
+      std::size_t count = 0;
+      for_circles(b, radius, [&](Vec2 at, double r) {
+        for (const double off : distances(b, [&](Vec2 p) { return std::abs(norm(p - at) - r); })) {
+          sum += off * off;
+          most = std::max(most, off);
+          ++count;
+        }
+      });
+      const double rms = std::sqrt(sum / static_cast<double>(count));
+      EXPECT_LT(rms, 1.1 * coarser) << "radius " << radius << ", tolerance " << tolerance;
+      EXPECT_LT(rms, std::max(0.003, 0.15 * tolerance)) << "radius " << radius << ", tolerance " << tolerance;
+      EXPECT_LT(most, 0.024 + tolerance) << "radius " << radius << ", tolerance " << tolerance;
+      coarser = std::min(coarser, rms);
+    }
+  }
+}
+
+// A path leaves its blade where it goes through vertices that were there; its own are where the blade was.
+TEST(DrawnCurves, BendWhereTheBladeWas) {
+  StrokeBody b("steak");
+  const double edge = b.body.mean_root_edge;
+  const CollisionVertex first_own(b.body.collision.vertex_count());
+  int own = 0, aside = 0;
+  for (const double tolerance : {0.024, 0.006})
+    for (const double radius : {0.5, 1.0}) {
+      b.options.path_tolerance = tolerance;
+      for_circles(b, radius, [&](Vec2 at, double r) {
+        const CollisionMesh& mesh = b.body.collision;
+        for (const CollisionHalfEdge h : b.body.wall_edge.raw())
+          if (mesh.from(h) >= first_own) {
+            const Vec3 p = mesh.rest[mesh.from(h)];
+            ++own;
+            aside += std::abs(norm(Vec2{p.x, p.y} - at) - r) > 0.2 * b.options.minimum_feature * edge;
+          }
+      });
+    }
+  // A path that begins in a face has a vertex in the middle of its first chord.
+  EXPECT_LT(aside, own / 12) << own;
+}
+
 // The island has the volume of a cylinder, not of a prism with as many corners as the path.
 TEST(DrawnCurves, CloseAroundTheirVolume) {
   for (const std::size_t triangles : {2500, 40000}) {

@@ -1,9 +1,11 @@
 #include "kerf/cutting/blade_front.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "kerf/cutting/lead_path.h"
 #include "kerf/cutting/tolerances.h"
+#include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
 namespace {
@@ -32,6 +34,30 @@ bool FrontFinder::locate(RestPoint& p, V around) const {
     return true;
   }
   return false;
+}
+
+bool FrontFinder::move_to(BladeFront& f, Vec3 place) const {
+  const RestPoint end = f.end;
+  f.end.at = planar_of(mesh_, end.face, place);
+  if (locate(f)) return true;
+  f.end = end;
+  return false;
+}
+
+std::vector<Vec3>::const_iterator FrontFinder::least_moved(const BladeFront& f, Vec3 to, double tolerance,
+                                                           double& aside) const {
+  const Vec3 is = rounding_.rest(f.end);
+  BladeFront there{f.start, {}, f.end, {}, f.in_slit, {}, {}};
+  auto best = f.trail.end();
+  for (auto p = f.trail.end(); p != f.trail.begin() && aside > 0;) {
+    --p;
+    const auto leaves = [&](Vec3 q) { return distance_to_segment(q, *p, to) > tolerance; };
+    if (leaves(is) || std::any_of(p + 1, f.trail.end(), leaves)) break;
+    there.end = f.end;
+    if (!move_to(there, *p)) continue;
+    if (const double moved = rounding_.moved_aside(there.end, f.start); moved < aside) aside = moved, best = p;
+  }
+  return best;
 }
 
 V FrontFinder::twin_towards(V v, std::size_t vertices, const RestPoint& point) const {

@@ -48,6 +48,12 @@ class FrontFinder {
   [[nodiscard]] bool locate(BladeFront& f) const;
   /// The same for a point; it is looked for around a vertex first, if there is one.
   [[nodiscard]] bool locate(RestPoint& p, CollisionVertex around) const;
+  /// Puts the end of a front at a place of its trail. False: it is not found there, and stays.
+  [[nodiscard]] bool move_to(BladeFront& f, Vec3 place) const;
+  /// The last place of a front's trail where a vertex of its path is moved aside least, and by less than `aside` metres, which becomes that; or its end. A
+  /// path that goes on from there to `to` leaves what lies between by `tolerance` at most.
+  [[nodiscard]] std::vector<Vec3>::const_iterator least_moved(const BladeFront& f, Vec3 to, double tolerance,
+                                                              double& aside) const;
   /// A path that has run into a border has left two vertices there, one of them made since there were `vertices`: the one from which a point can be reached.
   [[nodiscard]] CollisionVertex twin_towards(CollisionVertex v, std::size_t vertices, const RestPoint& point) const;
   /// The path of a front begins at its start, and leads by its end: the arc may begin in another face (by rounding, or as the material has moved). False: the

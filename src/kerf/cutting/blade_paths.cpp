@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "kerf/base/at.h"
+#include "kerf/cutting/tolerances.h"
 #include "kerf/spatial/triangle_queries.h"
 
 namespace kerf {
@@ -100,6 +101,7 @@ void BladePaths::cut(BladeArc& arc, bool along) {
     rounding_.hold_at_border(arc, goal);
   }
   rounding_.begin_on_edge(arc, begin);
+  begin_with_room(begin);
   std::vector<Stop> stops = rounding_.stops_of(begin, arc, ends_at_blade ? Stop{} : end, beside);
   go_round_edge(stops, arc.faces.front(), trail);
   if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
@@ -124,6 +126,25 @@ void BladePaths::cut(BladeArc& arc, bool along) {
   BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};
   finder_.note(f);
   stroke_.ends.push_back(std::move(f));
+}
+
+void BladePaths::begin_with_room(Stop& begin) const {
+  if (begin.kind != Stop::Kind::kInside || rounding_.moved_aside(begin.point, {}) == 0) return;
+  double left = rounding_.feature();
+  for (std::size_t i = 0; i + 1 < drawn_.size() && left > 0; ++i) {
+    const double length = norm(drawn_[i + 1] - drawn_[i]), step = cut::kTrailStep * target_.complex.mean_root_edge;
+    for (double at = 0; at < std::min(length, left); at += step) {
+      const RestPoint there{begin.point.face,
+                            planar_of(mesh(), begin.point.face, lerp(drawn_[i], drawn_[i + 1], at / length))};
+      RestPoint found = there;
+      if (!find_face(mesh(), found, {}, 0) || found.face != there.face) return;
+      if (rounding_.moved_aside(there, {}) == 0) {
+        begin.point = there;
+        return;
+      }
+    }
+    left -= length;
+  }
 }
 
 void BladePaths::part_by_parts(std::span<const Stop> stops) {

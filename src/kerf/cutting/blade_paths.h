@@ -50,6 +50,8 @@ class BladePaths {
   /// The edge comes down on its length: two fronts.
   void cut_to_both_sides(const BladeArc& arc);
   /// The parts of a path that holds a crumb, from one border to the next: those without a crumb part the body.
+  /// A stab whose vertex would be moved aside begins farther along its path, by less than a feature.
+  void begin_with_room(CutStop& begin) const;
   void part_by_parts(std::span<const CutStop> stops);
   /// A path that comes back to the chained edge which it begins on goes by the place of its trail farthest from there: that chain can't be drawn elsewhere.
   void go_round_edge(std::vector<CutStop>& stops, CollisionTriangle face, const std::vector<Vec3>& trail) const;

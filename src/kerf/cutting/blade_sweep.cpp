@@ -129,19 +129,18 @@ class Sweep {
       if (!leaves && !turned) continue;
       BladeFront until = f;
       std::vector<Vec3> trail;
-      bool came_back = !leaves && dot(*farthest - is, is - from) > 0;
-      if (leaves) {
-        until.end = f.touch->at, (void)finder_.locate(until);
-      } else if (came_back) {
-        until.end.at = planar_of(mesh(), f.end.face, *farthest);
-        came_back = finder_.locate(until);
-        if (came_back) {
-          trail.assign(farthest + 1, f.trail.end());
-          until.trail.assign(f.trail.begin(), farthest);
-        } else {
-          until.end = f.end;
-        }
+      // It bends where it is; where its way came back before it did; or else at the last place where the vertex stays where it is put.
+      auto place = f.trail.cend();
+      if (!leaves && dot(*farthest - is, is - from) > 0) {
+        place = farthest;
+      } else if (!leaves) {
+        double aside = rounding_.moved_aside(f.end, f.start);
+        place = finder_.least_moved(f, to, tolerance, aside);
+        if (aside > cut::kBendAside * rounding_.feature() && off(*farthest) < rounding_.feature()) continue;
       }
+      const bool earlier = place != f.trail.cend() && finder_.move_to(until, *place);
+      if (leaves) until.end = f.touch->at, (void)finder_.locate(until);
+      if (earlier) trail.assign(place + 1, f.trail.cend()), until.trail.assign(f.trail.cbegin(), place);
       const std::size_t vertices = mesh().vertex_count();
       const Vec3 came = rounding_.rest(until.end);
       const PathEnd end = paths_.make_end(until, !leaves || f.touch->needed);
@@ -149,7 +148,7 @@ class Sweep {
                              ? f.start
                              : Stop::at_vertex(leaves ? finder_.twin_towards(end.vertex, vertices, f.end) : end.vertex);
       f = {start, end.before, f.end, came, false, std::move(trail), {}, f.beside, f.along};
-      if (end.on_border || came_back) finder_.note(f);
+      if (end.on_border || earlier) finder_.note(f);
       else if (norm(is - came) > 0) f.trail.push_back(is);  // a place that comes twice bends the drawn curve
       bent = true;
     }

@@ -179,27 +179,11 @@ V PathOpening::make_on_edge(const Stop& s) {
 /// Inside a face that the vertex before is a corner of: at a corner or on an edge if near, but on no border that the path does not reach.
 V PathOpening::make_inside(RestPoint p, V before) {
   if (!find_face(mesh(), p, before, outside_) || (before.valid() && !has_corner(mesh(), p.face, before))) return {};
-  const Vec3 x = place_of(mesh(), p, mesh().rest.raw());
-  V corner;
-  double least = feature_;
-  for (int k = 0; k < 3; ++k) {
-    const V v = mesh().from(CollisionMesh::corner(p.face, k));
-    const double far = norm(mesh().rest[v] - x);
-    if (far < least && (v == before || !mesh().on_border(v))) least = far, corner = v;
-  }
-  if (corner.valid()) return corner;
-  H edge;
-  double fraction = 0;
-  for (int k = 0; k < 3; ++k) {
-    const H h = CollisionMesh::corner(p.face, k);
-    if (mesh().is_border(h)) continue;
-    const Vec3 a = mesh().rest[mesh().from(h)], d = mesh().rest[mesh().to(h)] - a;
-    const double s = dot(x - a, d) / dot(d, d), far = norm(x - a - s * d);
-    if (far < least) least = far, edge = h, fraction = s;
-  }
-  if (edge.valid()) {
-    const double margin = std::min(0.5, feature_ / length(edge));
-    return split(edge, std::clamp(fraction, margin, 1 - margin));
+  const NearInFace near = near_in_face(mesh(), p, feature_, before);
+  if (near.corner.valid()) return near.corner;
+  if (near.edge.valid()) {
+    const double margin = std::min(0.5, feature_ / length(near.edge));
+    return split(near.edge, std::clamp(near.fraction, margin, 1 - margin));
   }
   divided_.push_back(p.face);
   return cut::split_collision_face(ground_.cut, p.face, p.at, weights_of(mesh(), p));

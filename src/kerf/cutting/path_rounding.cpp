@@ -208,8 +208,10 @@ void PathRounding::begin_on_edge(BladeArc& arc, Stop& begin) const {
   if (begin.kind != Stop::Kind::kInside || arc.crossings.empty()) return;
   ArcCrossing& first = arc.crossings[0];
   const Vec3 x = rest(begin);
-  if (distance(first.near, x) >= feature_) return;
-  first.fraction = foot(first.near, x);
+  const double off = distance(first.near, x);
+  if (off >= feature_) return;
+  const double nearest = foot(first.near, x), reach = std::sqrt(feature_ * feature_ - off * off) / length(first.near);
+  first.fraction = std::clamp(first.fraction, std::max(0.0, nearest - reach), std::min(1.0, nearest + reach));
   const V v = vertex_of_crossing(arc, 0, x);
   if (!v.valid() || norm(rest(v) - x) < feature_) {
     begin = {};

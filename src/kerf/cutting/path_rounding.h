@@ -69,11 +69,16 @@ class PathRounding {
   /// Takes off the beginning of an arc that runs `near` the lip which it begins on; it begins where it leaves it, if it does so before `last`, on the border
   /// `end` or inside.
   Slid slide(BladeArc& arc, CutStop& begin, Vec3 last, const CutStop& end) const;
-  /// A stab less than a feature from the first edge that the arc crosses is on that edge, and on an end of it only if that is as near.
+  /// A stab less than a feature from the first edge that the arc crosses is on that edge, where the arc crosses it if that is as near; on an end of it only if
+  /// that is.
   void begin_on_edge(BladeArc& arc, CutStop& begin) const;
   /// Takes off what an arc crosses last, less than a feature before the blade, its `goal`, at vertices of a border: the path may be about to end there. The
   /// goal is the first of these crossings.
   void hold_at_border(BladeArc& arc, RestPoint& goal) const;
+  /// Metres by which a vertex that a path from a stop makes inside a face is moved aside, onto an edge or a corner.
+  [[nodiscard]] double moved_aside(const RestPoint& p, const CutStop& start) const {
+    return near_in_face(mesh_, p, feature_, start.vertex).distance;
+  }
   /// The path of an arc: its beginning and end, if they exist, and where its crossings go. They go onto an end of their edge, if that is inside the material
   /// and nearer than a feature, or if the next edge there is crossed so near that a feature would be left over; else away from both ends. What is crossed at
   /// the vertex that the path begins or ends at is left out. They go to no vertex of a border that runs `beside` the path. What crosses a short edge goes onto an end of it, whatever that is.

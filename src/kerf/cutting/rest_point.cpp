@@ -100,4 +100,27 @@ bool has_corner(const CollisionMesh& mesh, F face, V v) {
   return false;
 }
 
+NearInFace near_in_face(const CollisionMesh& mesh, const RestPoint& point, double reach, V own) {
+  const Vec3 x = place_of(mesh, point, mesh.rest.raw());
+  NearInFace near;
+  double least = reach;
+  for (int k = 0; k < 3; ++k) {
+    const V v = mesh.from(CollisionMesh::corner(point.face, k));
+    const double far = norm(mesh.rest[v] - x);
+    if (far < least && (v == own || !mesh.on_border(v))) least = far, near.corner = v;
+  }
+  if (near.corner.valid()) {
+    near.distance = least;
+    return near;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const H h = CollisionMesh::corner(point.face, k);
+    if (mesh.is_border(h)) continue;
+    const Vec3 a = mesh.rest[mesh.from(h)], d = mesh.rest[mesh.to(h)] - a;
+    const double s = dot(x - a, d) / dot(d, d), far = norm(x - a - s * d);
+    if (far < least) least = near.distance = far, near.edge = h, near.fraction = s;
+  }
+  return near;
+}
+
 }  // namespace kerf

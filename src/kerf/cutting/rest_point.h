@@ -36,4 +36,15 @@ bool find_face(const CollisionMesh& mesh, RestPoint& point, CollisionVertex arou
 /// Is a vertex a corner of a face?
 bool has_corner(const CollisionMesh& mesh, CollisionTriangle face, CollisionVertex v);
 
+/// What a vertex that is made at a point of the material would be too near to, in its face.
+struct NearInFace {
+  CollisionVertex corner;  ///< the nearest, inside the material or the one asked for
+  CollisionHalfEdge edge;  ///< if there is no such corner: the nearest edge inside the material
+  double fraction = 0;     ///< of that edge
+  double distance = 0;     ///< metres from either; 0 if nothing is near
+};
+
+/// Nearer than `reach` metres. `own`: a corner that counts though it be on a border, or none.
+NearInFace near_in_face(const CollisionMesh& mesh, const RestPoint& point, double reach, CollisionVertex own);
+
 }  // namespace kerf

@@ -74,6 +74,9 @@ inline constexpr double kPathMouth = 6;
 /// Minimum features from an inner vertex within which a path that crosses a close fan goes through it. At half, slits beside an edge of the mesh leave
 /// slivers on which contact stumbles; at double, teeth of a comb are severed.
 inline constexpr double kPathFan = 1.6;
+/// Minimum features by which a bend of a path may be moved aside. Of more than this it waits for room, for as long as the path is less than a feature off. At half, the same
+/// circles; at double, fine paths are a twentieth rougher, at four times a quarter.
+inline constexpr double kBendAside = 0.05;
 /// Minimum features within which a border runs beside a path: two cuts are each rounded by one, and what is near is a little more. Of 960 combs 22 lose a
 /// tooth; at half 207, at double 25, and thicker wedges stay attached.
 inline constexpr double kBesideReach = 3;

@@ -186,6 +186,23 @@ TEST(DrawnCurves, BendWhereTheBladeWas) {
   EXPECT_LT(aside, own / 12) << own;
 }
 
+// Teeth and kinks of what is drawn. The rest is where the path goes through a vertex that was there.
+TEST(DrawnCurves, OfACircleHasFewCorners) {
+  for (const double radius : {0.5, 1.0, 1.5}) {
+    StrokeBody b("steak");
+    std::vector<double> corners;  // degrees, between the drawn edges of one chord
+    for_circles(b, radius, [&](Vec2, double) {
+      for (const auto& lip : lips_of(b.body))
+        for (std::size_t i = 1; i + 1 < lip.size(); ++i) {
+          const Vec2 in = lip[i] - lip[i - 1], out = lip[i + 1] - lip[i];
+          corners.push_back(std::abs(std::atan2(cross(in, out), dot(in, out))) * 180 / M_PI);
+        }
+    });
+    std::sort(corners.begin(), corners.end());
+    EXPECT_LT(share(corners, 0.99), 15) << radius;
+  }
+}
+
 // The island has the volume of a cylinder, not of a prism with as many corners as the path.
 TEST(DrawnCurves, CloseAroundTheirVolume) {
   for (const std::size_t triangles : {2500, 40000}) {

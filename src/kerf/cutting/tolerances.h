@@ -13,9 +13,9 @@ namespace cut {
 /// A crossing this near to a visual vertex (part of the crossed edge) moves the vertex's parameter onto the path.
 inline constexpr double kWarpFraction = 0.1;
 /// None of these leaves a vertex farther from the place of its parameter than this part of the mean root edge, however long visual edges are: so far a
-/// drawn lip has teeth. Half: more and flatter triangles where visual edges are long. Double: teeth of a hundredth of an edge, nearly half of
-/// the minimum feature.
-inline constexpr double kPlaceReach = 0.005;
+/// drawn lip has teeth. It is what a curve may leave what is drawn. Of the corners of circles in the steak 99 in 100 are below 15 degrees; at half 10, with a twentieth more
+/// vertices in lips; at double 20.
+inline constexpr double kPlaceReach = 0.002;
 /// Faces around a moved parameter, or beside a turned edge, keep at least this part of their planar area.
 inline constexpr double kWarpKeepsArea = 0.05;
 /// A new vertex sits on its 3D edge no nearer to an end than this part of it.

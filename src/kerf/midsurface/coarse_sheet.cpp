@@ -59,10 +59,11 @@ Result<TriangleMesh> make_coarse_sheet(const TriangleMesh& surface, double thick
   sheet.trusted.assign(sheet.mesh.position.size(), 1);
 
   const SheetSampler sampler(sheet);
-  const Column<double> limit = border_limits(sheet);
+  Column<double> limit = border_limits(sheet);
   double target = static_cast<double>(options.triangles);
   if (options.triangles == 0)
     target = std::clamp(sheet_sizes(sheet, kDefaultTriangles, limit).need, kDefaultTriangles, kMostByNeed);
+  follow_hollows(sheet, options.triangles == 0, target, limit);
   TriangleMesh best;
   std::size_t fewest = 0;
   for (int i = 0; i < kTries; ++i, target *= kMore) {

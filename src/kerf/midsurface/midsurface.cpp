@@ -321,6 +321,7 @@ Result<Midsurface> make_midsurface(const PreparedMidsurface& prepared, const Mid
   double target = static_cast<double>(options.triangles);
   if (options.triangles == 0)
     target = std::clamp(sheet_sizes(p.sheet, kDefaultTriangles, limit).need, kDefaultTriangles, kMostByNeed);
+  follow_hollows(p.sheet, options.triangles == 0, target, limit);
   const double most = std::max(kMostByNeed, 2 * target);
   auto next = attempt(target);
   if (!next) return next.error();

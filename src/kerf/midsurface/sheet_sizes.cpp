@@ -4,16 +4,22 @@
 #include <cmath>
 #include <queue>
 
+#include "kerf/midsurface/border_curve.h"
 #include "kerf/midsurface/laplacian.h"
+#include "kerf/midsurface/tolerances.h"
 
 namespace kerf::mid {
 namespace {
 
-constexpr double kSagitta = 0.2;    // of the half thickness: how far a chord may leave the bend
-constexpr double kSmallest = 0.15;  // of the largest size
-constexpr double kGrading = 0.5;    // change of size over distance
+constexpr double kTriangleArea = 0.4330127018922193;  // of an edge squared: root of 3, over 4
+constexpr double kSagitta = 0.2;                      // of the half thickness: how far a chord may leave the bend
+constexpr double kSmallest = 0.15;                    // of the largest size
+constexpr double kGrading = 0.5;                      // change of size over distance
 constexpr double kFewestBorderEdges = 6;
-constexpr double kNeedCap = 3;  // times the largest size: what flat parts are counted with in `need`
+constexpr double kShorter = 0.85;     // from one length that is tried to the next
+constexpr double kCornerTurns = 0.9;  // radians
+constexpr int kChordSamples = 8;      // of a chord
+constexpr double kNeedCap = 3;        // times the largest size: what flat parts are counted with in `need`
 
 using Entry = std::pair<double, std::int32_t>;
 using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
@@ -52,6 +58,57 @@ void grade(const SurfaceMesh& m, Column<double>& size) {
   }
 }
 
+/// A border loop, with its material on the left.
+class Border {
+ public:
+  /// `least`: metres; no edge is asked to be shorter, and what turns within that is a corner.
+  Border(const MidSheet& sheet, const std::vector<std::int32_t>& loop, double least)
+      : curve_(points(sheet, loop)), least_(least) {
+    for (const std::int32_t v : loop) normal_.push_back(sheet.normal[v]);
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      if (curve_.turn(curve_.start(i), least) > kCornerTurns) corners_.push_back(curve_.start(i));
+  }
+  /// Of edges around point i, at most and at least so long, the longest that leaves the curve by `hollow` metres where that is hollow. Corners do not count: they
+  /// are vertices.
+  [[nodiscard]] double longest(std::size_t i, double most, double hollow) const {
+    const double s = curve_.start(i);
+    double back = 0.5 * most, forth = 0.5 * most;
+    for (const double c : corners_) {
+      back = std::min(back, curve_.ahead(c, s) - least_);
+      forth = std::min(forth, curve_.ahead(s, c) - least_);
+    }
+    if (back <= 0 || forth <= 0) return most;
+    double length = most;
+    while (length > least_ &&
+           bulge(s - std::min(back, 0.5 * length), s + std::min(forth, 0.5 * length), normal_[i]) > hollow)
+      length *= kShorter;
+    return std::min(most, std::max(length, least_));
+  }
+
+ private:
+  static std::vector<Vec3> points(const MidSheet& sheet, const std::vector<std::int32_t>& loop) {
+    std::vector<Vec3> out;
+    for (const std::int32_t v : loop) out.push_back(sheet.mesh.position[v]);
+    return out;
+  }
+  /// Metres by which the curve reaches into the material at most, over the chord between two places on it: of the arc that does so as far on the mean, so
+  /// that noise is no hollow.
+  [[nodiscard]] double bulge(double from, double to, Vec3 normal) const {
+    const Vec3 a = curve_.at(from), inward = normalized(cross(normal, curve_.at(to) - a));
+    double sum = 0, arc = 0;
+    for (int k = 1; k < kChordSamples; ++k) {
+      const double t = static_cast<double>(k) / kChordSamples;
+      sum += dot(curve_.at(from + t * (to - from)) - a, inward);
+      arc += 4 * t * (1 - t);
+    }
+    return sum / arc;
+  }
+  BorderCurve curve_;
+  std::vector<Vec3> normal_;
+  std::vector<double> corners_;  // metres along the curve
+  double least_;
+};
+
 }  // namespace
 
 Column<double> border_limits(const MidSheet& sheet) {
@@ -88,7 +145,7 @@ SheetSizes sheet_sizes(const MidSheet& sheet, double target, Column<double> limi
     double n = 0;
     for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
       const double s = size(v, low, high);
-      n += area[v] / (0.25 * std::sqrt(3.0) * s * s);
+      n += area[v] / (kTriangleArea * s * s);
     }
     return n;
   };
@@ -103,6 +160,27 @@ SheetSizes sheet_sizes(const MidSheet& sheet, double target, Column<double> limi
   out.size.resize(m.position.size());
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) out.size[v] = size(v, kSmallest * out.largest, out.largest);
   return out;
+}
+
+void follow_hollows(const MidSheet& sheet, bool add, double& target, Column<double>& limit) {
+  const SurfaceMesh& m = sheet.mesh;
+  const SheetSizes without = sheet_sizes(sheet, target, limit);
+  const double edge = std::sqrt(total_area(m) / (kTriangleArea * target));
+  for (const std::vector<std::int32_t>& loop : border_loops(m)) {
+    double half_thickness = 0;
+    for (const std::int32_t v : loop) half_thickness += sheet.half_thickness[v] / static_cast<double>(loop.size());
+    const Border border(sheet, loop, std::max(kLeastHollowEdge * edge, kHollowThickness * 2 * half_thickness));
+    for (std::size_t i = 0; i < loop.size(); ++i) limit[loop[i]] = border.longest(i, limit[loop[i]], kHollow * edge);
+  }
+  if (!add) return;
+  Column<double> graded = limit;
+  grade(m, graded);
+  const Column<double> area = vertex_areas(m);
+  target = 0;
+  for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
+    const double s = std::min(without.size[v], graded[v]);
+    target += area[v] / (kTriangleArea * s * s);
+  }
 }
 
 }  // namespace kerf::mid

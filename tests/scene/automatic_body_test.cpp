@@ -69,6 +69,32 @@ TEST(AutomaticBody, AFlatStarIsBoundHoweverItIsDivided) {
       expect_bound(std::to_string(times).c_str(), star(12, 0.06, valleys, 0.003, times), 0.003);
 }
 
+// What lies beyond the collision mesh can't be cut.
+TEST(AutomaticBody, ItsCornersReachThoseOfTheBody) {
+  struct Case {
+    int tips;
+    double inner, thickness;
+  };
+  for (const Case& c : {Case{6, 0.02, 0.004}, Case{6, 0.035, 0.004}, Case{5, 0.023, 0.003}, Case{4, 0.03, 0.003}}) {
+    SCOPED_TRACE(std::to_string(c.tips) + " tips, valleys at " + std::to_string(c.inner));
+    const TriangleMesh body = star(c.tips, 0.06, c.inner, c.thickness, 2);
+    const auto made = make_automatic_body(body, 0, {});
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    ASSERT_FALSE(made->refused) << made->refused->message;
+    const auto& mesh = made->midsurface.collision;
+    double edges = 0;
+    for (const auto& t : mesh.triangles) edges += norm(mesh.positions[t[1]] - mesh.positions[t[0]]);
+    const double edge = edges / static_cast<double>(mesh.triangles.size());
+    for (int i = 0; i < c.tips; ++i) {
+      const double a = 2 * std::numbers::pi * i / c.tips;
+      double nearest = HUGE_VAL;
+      for (const Vec3 p : mesh.positions)
+        nearest = std::min(nearest, std::hypot(p.x - 0.06 * std::cos(a), p.y - 0.06 * std::sin(a)));
+      EXPECT_LT(nearest, 0.007 * edge) << "tip " << i;  // 0.3 of the minimum feature
+    }
+  }
+}
+
 TriangleMesh plate(const testing_support::Outline& outline, const std::vector<testing_support::Outline>& holes,
                    double thickness) {
   return testing_support::extruded(testing_support::cut_in_ears(outline, holes), 1,

@@ -8,6 +8,7 @@
 #include "kerf/base/degrees.h"
 #include "kerf/base/stopwatch.h"
 #include "kerf/midsurface/border_snap.h"
+#include "kerf/midsurface/border_tips.h"
 #include "kerf/midsurface/quality.h"
 #include "kerf/midsurface/relax.h"
 #include "kerf/midsurface/surface_filter.h"
@@ -309,6 +310,7 @@ Result<Midsurface> make_midsurface(const PreparedMidsurface& prepared, const Mid
     out.seconds.relax += watch.lap();
     if (p.work.coarsened || p.filter.spikes > 0 || p.filter.smoothing_steps > 0)
       snap_border(t.mesh, p.visual, p.surface);
+    if (p.filter.spikes == 0 && p.filter.smoothing_steps == 0) reach_tips(t.mesh, p.work.mesh, p.bvh);
     SelfIntersections through = find_self_intersections(to_triangle_mesh(t.mesh.mesh));
     t.crossings = through.pairs;
     t.crossing = std::move(through.triangles);

@@ -17,6 +17,11 @@ inline constexpr double kHollow = 0.007;
 /// plate of 3 mm leave no film either, but its smaller holes are hexagons.
 inline constexpr double kLeastHollowEdge = 0.1, kHollowThickness = 0.75;
 
+/// Shortest edges at a corner of the border within which the body's farthest vertex is its tip. Half or double: the same tips of stars, combs and plates.
+inline constexpr double kTipReach = 0.25;
+/// Of that reach: vertices as far out are the same tip, above and below. Half or double is rounding of files.
+inline constexpr double kTipSame = 1e-3;
+
 /// Triangles that bends may ask for by themselves; a sheet with no more is its own collision mesh. Origin: cutting and contact cost a share
 /// for each of them. The corpus of thin bodies passes its tests with half and with double.
 inline constexpr double kMostByNeed = 1500;

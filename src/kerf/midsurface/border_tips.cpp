@@ -12,9 +12,9 @@ namespace {
 struct Tip {
   std::int32_t vertex = -1;
   Vec3 out, side;
-  double reach = 0;                // metres
-  double far = 0;                 // metres out, of the farthest
-  double first = 0, last = 0;     // of those as far out: there may be one above and one below
+  double reach = 0;            // metres
+  double far = 0;              // metres out, of the farthest
+  double first = 0, last = 0;  // of those as far out: there may be one above and one below
   [[nodiscard]] double middle() const { return 0.5 * (first + last); }
 };
 

@@ -565,6 +565,27 @@ TEST_F(StrokeOracle, NothingIsLostAtTurns) {
   expect_in_place({{{0, 0.33}, {0.15, 0.5}}, {{-0.35, 0.35}, {0, 0.333}, {0.15, 0.33}, {0, 0.15}}}, 1);
 }
 
+// Where strokes meet, a pose's path may be so short that it would cut off a crumb only. The cut goes on with the next pose from where it has got to, or nothing
+// parts that pose's way.
+TEST_F(StrokeOracle, AShortPathAtACrumbGoesOn) {
+  const StrokeJudge judge{0.12 * edge(), 0.9 * sheet.options.minimum_feature * edge()};
+  const std::vector<Stroke> stars[] = {
+      {{{1.20730554595062, -0.119409805471942}, {-1.70546235068459, 0.598770659544563}},
+       {{1.23639585168171, 0.44792476035481}, {-1.73455301879698, 0.0314360942408081}},
+       {{1.05234398262106, 0.985691691226032}, {-1.55066627561837, -0.505729642770606}},
+       {{0.681784121989655, 1.4159010556859}, {-1.17994092594826, -0.93654019669014}}},
+      {{{0.116555666487246, -1.47552976964165}, {-0.535916505562934, 1.45265739389488}},
+       {{0.571137788397659, -1.29464670832735}, {-0.990498625216103, 1.26685513857332}},
+       {{0.942342591895352, -0.974507203618115}, {-1.36170344895131, 0.946787110551069}}}};
+  for (const auto& star : stars) {
+    sheet.make_whole();
+    for (const Stroke& s : star) sheet.cut(s);
+    EXPECT_EQ(judge.judge(sheet, star).bridges, 0);
+    EXPECT_LT(StrokeJudge::deviation(sheet, star).missed, 0.048 * edge());
+    EXPECT_EQ(sheet.refused, 0);
+  }
+}
+
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
 TEST_F(StrokeOracle, RandomPolylines) {
   Random random(10);

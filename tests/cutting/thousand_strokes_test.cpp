@@ -80,7 +80,7 @@ void expect_bounds_after(StrokeBody&& b, Kind kind, std::uint64_t seed) {
   EXPECT_GE(skin.edge, 1e-6);
   EXPECT_GE(skin.angle, 1e-4);  // of one triangle; seven seeds to and fro in a meniscus: 1.9e-4
   EXPECT_GE(skin.angle_permille, 0.02);
-  EXPECT_LE(b.refused, 4);  // paths of eight thousand and more, for want of room for a vertex; each is noted
+  EXPECT_LE(b.refused, 8);  // paths of eight thousand and more, for want of room for a vertex; each is noted
   const Status valid = validate_complex(b.body, b.start);
   EXPECT_TRUE(valid.ok()) << valid.error().message;
 }

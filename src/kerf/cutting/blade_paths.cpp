@@ -106,21 +106,26 @@ void BladePaths::cut(BladeArc& arc, bool along) {
   go_round_edge(stops, arc.faces.front(), trail);
   if (stops.size() > 1 || (begin.kind != Stop::Kind::kVertex && !begin.border(mesh()).valid())) {
     const std::size_t vertices = mesh().vertex_count();
+    bool goes_on = true;
     if (open(stops, drawn_)) {
       begin = Stop::at_vertex(ends_at_blade ? finder_.twin_towards(opening_.made().back(), vertices, goal)
                                             : opening_.made().back());
       before = before_last();
-    } else if (opening_.only_crumbs() && stops.back().border(mesh()).valid()) {
+    } else if (!opening_.only_crumbs()) {
+      return;
+    } else if (stops.back().border(mesh()).valid()) {
       part_by_parts(stops);
       begin = stops.back();  // between two borders nothing but crumbs is left
       before = {};
     } else {
-      return;
+      goes_on = false;  // so far it would only cut off a crumb
     }
-    if (stops.size() > 1) trail.clear();
-    // What it came near to is still to be joined while the path has not left it.
-    if (stops.size() > 1 && touch && norm(touch->border - rounding_.rest(begin)) >= rounding_.near()) touch.reset();
-    if (!touch) came = last_end;
+    if (goes_on) {
+      if (stops.size() > 1) trail.clear();
+      // What it came near to is still to be joined while the path has not left it.
+      if (stops.size() > 1 && touch && norm(touch->border - rounding_.rest(begin)) >= rounding_.near()) touch.reset();
+      if (!touch) came = last_end;
+    }
   }
   if (!ends_at_blade) return;
   BladeFront f{begin, before, goal, came, false, std::move(trail), touch, beside, along_};

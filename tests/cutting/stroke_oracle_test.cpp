@@ -586,6 +586,13 @@ TEST_F(StrokeOracle, AShortPathAtACrumbGoesOn) {
   }
 }
 
+// The blade goes along the lip of a slit for a while, in one pose, then beyond its tip: when it comes to what runs along its way is next to rounding.
+TEST_F(StrokeOracle, AStrokeAlongASlitGoesOnBeyondItsTip) {
+  Trials(sheet).expect_pieces({{{0.260240452000754, 0.603412535242162}, {-0.341093248351697, -0.119461517103839}},
+                               {{0.494222145896795, 0.88468613614342}, {-0.544056118268151, -0.363446832023473}}},
+                              2, 1);
+}
+
 // Four strokes of one to five segments anywhere, crossing each other and themselves.
 TEST_F(StrokeOracle, RandomPolylines) {
   Random random(10);

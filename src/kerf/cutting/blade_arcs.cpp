@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "kerf/base/at.h"
+#include "kerf/cutting/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -96,14 +97,21 @@ class Search {
                  middle = cross(p.turned, q.is) + cross(p.is, q.turned);
     Gate gate;
     double least = HUGE_VAL;
-    for (const double t : roots(first, middle - 2 * first, first - middle + last)) {
+    const auto consider = [&](double t) {
       const double time = std::clamp(t, 0.0, 1.0);
       const Vec2 x = p.across(time), y = q.across(time), d = x - y;
       const double s = dot(d, d) > 0 ? std::clamp(dot(x, d) / dot(d, d), 0.0, 1.0) : 0.5, off = norm(lerp(x, y, s));
-      if (!(off < least)) continue;
+      if (!(off < least)) return;
       least = off;
       gate.time = time;
       gate.fraction = s;
+    };
+    for (const double t : roots(first, middle - 2 * first, first - middle + last)) consider(t);
+    // An edge along the blade's way is in line with it all the time, and rounding says when: else the blade is nearest to an end of it.
+    for (const Passing* end : {&p, &q}) {
+      if (least < cut::kMoveAside * norm(q.is - p.is)) break;
+      const Vec2 way = end->is - end->turned;
+      if (dot(way, way) > 0) consider(-dot(end->turned, way) / dot(way, way));
     }
     gate.edge = h;
     gate.depth = p.depth(gate.time) + gate.fraction * (q.depth(gate.time) - p.depth(gate.time));

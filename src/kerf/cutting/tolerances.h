@@ -174,6 +174,9 @@ inline constexpr double kMoveSqueezes = 0.1;
 /// Of how far a blade is from the origin: what a box is grown by that is asked whether the blade passes it. Half or double is rounding too; at zero, a face that
 /// only touches the blade's line may be missing where its neighbour is found, and an arc breaks off.
 inline constexpr double kMoveRounding = 1e-12;
+/// Of an edge's length: so near to it the blade is when it crosses it, or that moment is rounding. Half or double: the oracle's verdicts are the same. At zero a comb
+/// loses a tooth, as moments are exchanged for others as good.
+inline constexpr double kMoveAside = 1e-3;
 /// Material that turns less in a move keeps still. Half or double is rounding.
 inline constexpr double kMoveStill = 1e-9;
 /// Margins of a punch that a triangle's box lies beside that of the outline, so that the triangle is well outside without its depths: one, and rounding.

@@ -101,6 +101,19 @@ TriangleMesh plate(const testing_support::Outline& outline, const std::vector<te
                                    [&](Vec3) { return 0.5 * thickness; });
 }
 
+// Each of 48 holes asks for some hundred triangles.
+TEST(AutomaticBody, ManyRoundHolesAskForNoMoreThanBendsMay) {
+  std::vector<testing_support::Outline> holes;
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 6; ++j)
+      holes.push_back(testing_support::circle({0.015 + 0.03 * i, 0.015 + 0.03 * j, 0}, 0.006, 48));
+  const auto made = make_midsurface(plate({{0, 0, 0}, {0.24, 0, 0}, {0.24, 0.18, 0}, {0, 0.18, 0}}, holes, 0.002));
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_EQ(made->verdict.thinness, Thinness::kThin);
+  EXPECT_GT(made->collision.triangles.size(), 1000U);
+  EXPECT_LT(made->collision.triangles.size(), 1700U);
+}
+
 // Corners of long thin triangles are no spikes.
 TEST(AutomaticBody, AGasketFromCadIsBound) {
   using testing_support::circle;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "kerf/midsurface/edit_mesh.h"
+#include "kerf/midsurface/tolerances.h"
 #include "kerf/midsurface/triangle_shape.h"
 
 namespace kerf::mid {
@@ -16,7 +17,6 @@ constexpr double kRemeshTurn = 0.31,
 constexpr double kGuarded = 0.4;         // of the wanted length: faces with longer edges are guarded
 constexpr double kAgree = 0.26;          // cosine between a face and the sheet
 constexpr double kSagittaOfEdge = 0.25;  // how far a border edge's middle may be off its curve, of its length
-constexpr double kCornerTurn = 0.9;      // radians over 0.7 of the wanted length
 constexpr double kCornerReach = 0.35;
 constexpr double kCoarsen = 1.5;  // from level to level
 

@@ -16,10 +16,9 @@ constexpr double kSagitta = 0.2;                      // of the half thickness: 
 constexpr double kSmallest = 0.15;                    // of the largest size
 constexpr double kGrading = 0.5;                      // change of size over distance
 constexpr double kFewestBorderEdges = 6;
-constexpr double kShorter = 0.85;     // from one length that is tried to the next
-constexpr double kCornerTurns = 0.9;  // radians
-constexpr int kChordSamples = 8;      // of a chord
-constexpr double kNeedCap = 3;        // times the largest size: what flat parts are counted with in `need`
+constexpr double kShorter = 0.85;  // from one length that is tried to the next
+constexpr int kChordSamples = 8;   // of a chord
+constexpr double kNeedCap = 3;     // times the largest size: what flat parts are counted with in `need`
 
 using Entry = std::pair<double, std::int32_t>;
 using Queue = std::priority_queue<Entry, std::vector<Entry>, std::greater<>>;
@@ -66,7 +65,7 @@ class Border {
       : curve_(points(sheet, loop)), least_(least) {
     for (const std::int32_t v : loop) normal_.push_back(sheet.normal[v]);
     for (std::size_t i = 0; i < loop.size(); ++i)
-      if (curve_.turn(curve_.start(i), least) > kCornerTurns) corners_.push_back(curve_.start(i));
+      if (curve_.turn(curve_.start(i), least) > kCornerTurn) corners_.push_back(curve_.start(i));
   }
   /// Of edges around point i, at most and at least so long, the longest that leaves the curve by `hollow` metres where that is hollow. Corners do not count: they
   /// are vertices.
@@ -176,11 +175,12 @@ void follow_hollows(const MidSheet& sheet, bool add, double& target, Column<doub
   Column<double> graded = limit;
   grade(m, graded);
   const Column<double> area = vertex_areas(m);
-  target = 0;
+  double asked = 0;
   for (std::int32_t v = 0; v < m.vertex_count(); ++v) {
     const double s = std::min(without.size[v], graded[v]);
-    target += area[v] / (kTriangleArea * s * s);
+    asked += area[v] / (kTriangleArea * s * s);
   }
+  target = std::min(asked, std::max(target, kMostByNeed));
 }
 
 }  // namespace kerf::mid

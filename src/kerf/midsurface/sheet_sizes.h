@@ -18,7 +18,8 @@ SheetSizes sheet_sizes(const MidSheet& sheet, double target, Column<double> limi
 /// Limits that let every border be a hexagon at least, |V|; HUGE_VAL inside.
 Column<double> border_limits(const MidSheet& sheet);
 
-/// Lets border edges follow round holes and hollows: limits become smaller there. The triangles for that are part of the target, or are added to it.
+/// Lets border edges follow round holes and hollows: limits become smaller there. The triangles for that are part of the target, or are added to it, up
+/// to what bends may ask for.
 ///
 ///    _____a_________b_____    What lies between the chord a - b and the rim would be cut where there is no material:
 ///          \__   __/          a blade in it has not come to the rim.

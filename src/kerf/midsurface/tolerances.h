@@ -9,6 +9,8 @@ namespace kerf::mid {
 /// double a mesh no longer depends on the shape alone (Midsurface.FineAndCoarseInputsAgree).
 inline constexpr double kDefaultTriangles = 160;
 
+/// Radians by which a border turns at a corner, which is a vertex of the collision mesh: within 0.7 of the wanted length, or of the shortest edge of a hollow.
+inline constexpr double kCornerTurn = 0.9;
 /// Mean edges by which a border edge of a hole or hollow may cover what is none of the body. Origin: 0.3 of the minimum feature of cuts. At half and at double none of 60
 /// blades that dip into a hole leaves a film; where borders are hexagons, 7 of 20 in a hole of 10 mm do.
 inline constexpr double kHollow = 0.007;

@@ -12,16 +12,17 @@ inline constexpr double kDefaultTriangles = 160;
 /// Radians by which a border turns at a corner, which is a vertex of the collision mesh: within 0.7 of the wanted length, or of the shortest edge of a hollow.
 inline constexpr double kCornerTurn = 0.9;
 /// Mean edges by which a border edge of a hole or hollow may cover what is none of the body. Origin: 0.3 of the minimum feature of cuts. At half and at double none of 60
-/// blades that dip into a hole leaves a film; where borders are hexagons, 7 of 20 in a hole of 10 mm do.
+/// blades that dip into a hole leaves a film; where borders are hexagons, 7 of 20 in one of three holes do.
 inline constexpr double kHollow = 0.007;
 /// Mean edges, and thicknesses at the border: no border edge is made shorter for that, and what turns within it is a corner. Origin: the sheet is not known better next to
 /// its rim. At half, a scanned meniscus is missed by 0.58 half thicknesses next to its rim, for less than 0.5. At double, blades that dip into holes of 4 to 20 mm in a
-/// plate of 3 mm leave no film either, but its smaller holes are hexagons.
+/// plate of 3 mm leave no film either, but its smaller holes are hexagons. Half or double of the first: all bodies of the
+/// corpus bind.
 inline constexpr double kLeastHollowEdge = 0.1, kHollowThickness = 0.75;
 
-/// Shortest edges at a corner of the border within which the body's farthest vertex is its tip. Half or double: the same tips of stars, combs and plates.
+/// Shortest edges at a corner of the border within which the body's farthest vertex is its tip. Half or double: tips of stars are reached, and slits bind.
 inline constexpr double kTipReach = 0.25;
-/// Of that reach: vertices as far out are the same tip, above and below. Half or double is rounding of files.
+/// Of that reach: vertices as far out are the same tip, above and below. Origin: rounding of files.
 inline constexpr double kTipSame = 1e-3;
 
 /// Triangles that bends may ask for by themselves; a sheet with no more is its own collision mesh. Origin: cutting and contact cost a share

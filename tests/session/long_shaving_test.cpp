@@ -39,7 +39,7 @@ class LongShaving : public ::testing::Test {
   void bite(double x, double y, double radius, double roughness) {
     Punch p;
     p.centre = {x, y, 0};
-    p.outline = circle_outline(radius, 5e-5);
+    p.outline = circle_outline(radius, 2.4e-5);  // as fine as scenes make it
     const auto done = session_.punch(p, SceneFrame::kRest, roughness);
     ASSERT_TRUE(done.ok() && done->cut);
     ASSERT_TRUE(session_.remove_piece(done->loose[0]).ok());

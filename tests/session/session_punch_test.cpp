@@ -118,6 +118,25 @@ TEST(SessionPunch, TheScrapBetweenTwoBitesGoesWithTheSecond) {
   }
 }
 
+// What a scene calls round has the area of its curve, and stays within a quarter of the path tolerance of it.
+TEST(SessionPunch, OutlinesOfScenesAreAsLargeAsTheirCircles) {
+  Session session = make_session("meniscus");
+  ScenePunch punch;
+  punch.radius = 0.003;
+  for (const ScenePunchShape shape : {ScenePunchShape::kCircle, ScenePunchShape::kD}) {
+    punch.shape = shape;
+    const std::vector<Vec2> p = session.outline_of(punch);
+    const double area = (shape == ScenePunchShape::kD ? 0.5 : 1) * std::numbers::pi * punch.radius * punch.radius;
+    double twice = 0, off = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      twice += cross(p[i], p[(i + 1) % p.size()]);
+      off = std::max(off, std::fabs(norm(p[i]) - punch.radius));
+    }
+    EXPECT_NEAR(0.5 * twice, area, 1e-9 * area);
+    EXPECT_LT(off, 0.25 * session.scene().cut.path_tolerance * session.body().complex.mean_root_edge);
+  }
+}
+
 TEST(SessionPunch, BadInputAndAirLeaveEverythingAsItWas) {
   Session session = make_session("meniscus");
   Punch p;

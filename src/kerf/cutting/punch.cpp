@@ -200,26 +200,34 @@ std::vector<Vec2> simplified(const std::vector<Vec2>& outline, double feature) {
   return kept.size() >= 3 ? kept : outline;
 }
 
+/// Half the angle between two corners, so that both corners and sides stay within `tolerance` of the circle. A chord with the area of its arc
+/// has its ends by a third of the square of that angle outside, and its middle by a sixth inside.
+double half_angle(double radius, double tolerance) {
+  return std::sqrt(3 * std::clamp(tolerance / std::max(radius, 1e-300), kFinestOutline, kCoarsestOutline));
+}
+/// Of corners that are twice `a` apart on a circle of radius 1, so that the polygon has the circle's area.
+double corner_radius(double a) { return std::sqrt(2 * a / std::sin(2 * a)); }
+
 }  // namespace
 
 std::vector<Vec2> circle_outline(double radius, double tolerance) {
-  const double angle = std::acos(1 - std::clamp(tolerance / std::max(radius, 1e-300), 1e-4, 0.3));
-  const int n = std::clamp(static_cast<int>(std::ceil(std::numbers::pi / angle)), 8, 200);
+  const int n = std::clamp(static_cast<int>(std::ceil(std::numbers::pi / half_angle(radius, tolerance))), 8, 200);
+  const double out = radius * corner_radius(std::numbers::pi / n);
   std::vector<Vec2> points;
   for (int i = 0; i < n; ++i) {
     const double a = 2 * std::numbers::pi * (i + 0.5) / n;
-    points.push_back({radius * std::cos(a), radius * std::sin(a)});
+    points.push_back({out * std::cos(a), out * std::sin(a)});
   }
   return points;
 }
 
 std::vector<Vec2> d_outline(double radius, double tolerance) {
-  const double angle = std::acos(1 - std::clamp(tolerance / std::max(radius, 1e-300), 1e-4, 0.3));
-  const int n = std::clamp(static_cast<int>(std::ceil(0.5 * std::numbers::pi / angle)), 4, 100);
+  const int n = std::clamp(static_cast<int>(std::ceil(0.5 * std::numbers::pi / half_angle(radius, tolerance))), 4, 100);
+  const double out = radius * corner_radius(0.5 * std::numbers::pi / n);
   std::vector<Vec2> points;
   for (int i = 0; i <= n; ++i) {
     const double a = std::numbers::pi * (static_cast<double>(i) / n - 0.5);
-    points.push_back({radius * std::max(0.0, std::cos(a)), radius * std::sin(a)});
+    points.push_back({out * std::max(0.0, std::cos(a)), out * std::sin(a)});
   }
   points.front().x = points.back().x = 0;
   return points;

@@ -24,7 +24,8 @@ struct Punch {
   std::vector<Vec2> outline;  ///< simple polygon around or beside the centre, metres, in either direction of turn
 };
 
-/// Outlines whose corners lie on the curve and whose sides stay within `tolerance` (metres) of it. Radius in metres.
+/// A circle's outline: a polygon with the circle's area that stays within `tolerance` (metres) of it, corners outside, sides inside; 8 to 200
+/// corners. Radius in metres.
 std::vector<Vec2> circle_outline(double radius, double tolerance);
 /// Half a disc: the flat side on x = 0, the round one towards x > 0.
 std::vector<Vec2> d_outline(double radius, double tolerance);

@@ -179,6 +179,9 @@ inline constexpr double kMoveRounding = 1e-12;
 inline constexpr double kMoveAside = 1e-3;
 /// Material that turns less in a move keeps still. Half or double is rounding.
 inline constexpr double kMoveStill = 1e-9;
+/// Of a circle's radius: the finest and coarsest tolerance of its outline. The finest has 182 corners, and half of it 256, where 200 are the most.
+/// The coarsest has 8 corners (at half it, 5 would do, and 8 are the least; double is the same).
+inline constexpr double kFinestOutline = 1e-4, kCoarsestOutline = 0.05;
 /// Margins of a punch that a triangle's box lies beside that of the outline, so that the triangle is well outside without its depths: one, and rounding.
 /// Half: triangles count so that the margin is to spare, and pieces inside hang on. Double: depths say the same, for more work.
 inline constexpr double kPunchFar = 1 + 1e-6;

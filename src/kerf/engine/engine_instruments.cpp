@@ -143,8 +143,9 @@ Status Engine::Impl::bite_at(const ViewRay& ray, double near, const protocol::To
   put(punch.values, centre);
   put(punch.values, at->normal);
   put(punch.values, std::abs(at->normal.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0});
-  const double tolerance = session->scene().cut.path_tolerance * session->body().complex.mean_root_edge;
-  for (const Vec2 corner : circle_outline(i.size, std::min(tolerance, 0.2 * i.size))) {
+  ScenePunch circle;
+  circle.radius = i.size;
+  for (const Vec2 corner : session->outline_of(circle)) {
     punch.values.push_back(corner.x);
     punch.values.push_back(corner.y);
   }

@@ -9,6 +9,7 @@
 #include "kerf/cutting/pieces.h"
 #include "kerf/cutting/roughen.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -106,7 +107,7 @@ Result<PunchReport> Session::Impl::punch(const Punch& punch, SceneFrame frame, d
 }
 
 std::vector<Vec2> Session::Impl::outline_of(const ScenePunch& what) const {
-  const double tolerance = cut_options.path_tolerance * state.body.complex.mean_root_edge;
+  const double tolerance = kOutlineOfPath * cut_options.path_tolerance * state.body.complex.mean_root_edge;
   return what.shape == ScenePunchShape::kCircle ? circle_outline(what.radius, tolerance)
          : what.shape == ScenePunchShape::kD    ? d_outline(what.radius, tolerance)
                                                 : what.points;

@@ -269,10 +269,14 @@ TEST(SessionNotes, ABladeThatLeansSaysHowFarItsLipsLieBesideIt) {
   };
   EXPECT_THAT(notes({}), IsEmpty());
   EXPECT_THAT(notes({0.8, 0, 0}), IsEmpty());
-  EXPECT_THAT(notes({0, 0.8, 0}), ElementsAre(AllOf(StartsWith("the blade leaned: near ("),
-                                                    HasSubstr("up to 0.0073 m beside where the blade"))))
+  EXPECT_THAT(notes({0, std::tan(0.16), 0}), IsEmpty()) << "0.08 of the thickness";
+  EXPECT_THAT(notes({0, std::tan(0.25), 0}), ElementsAre(HasSubstr(", 0.13 of the thickness, beside"))) << "14 degrees";
+  EXPECT_THAT(notes({0, 0.8, 0}),
+              ElementsAre(AllOf(StartsWith("the blade leaned: near ("),
+                                HasSubstr("up to 0.0073 m, 0.4 of the thickness, beside where the blade"))))
       << "0.8 of half the thickness";
-  EXPECT_THAT(notes({0, 3.5, 0}), ElementsAre(HasSubstr("up to 0.032 m beside where the blade"))) << "by 74 degrees";
+  EXPECT_THAT(notes({0, 3.5, 0}), ElementsAre(HasSubstr("up to 0.032 m, 1.8 of the thickness, beside where the blade")))
+      << "by 74 degrees";
 }
 
 std::string tube_cut(const char* more) {

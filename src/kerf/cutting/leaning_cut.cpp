@@ -27,7 +27,8 @@ void find_leaning(const CollisionMesh& mesh, std::span<const Vec3> position, con
     const double half = (norm(mesh.offset[v[0]]) + norm(mesh.offset[v[1]]) + norm(mesh.offset[v[2]])) / 3;
     const double sine = std::abs(dot(normalized(cross(at(v[1]) - at(v[0]), at(v[2]) - at(v[0]))), swept));
     const double distance = half * sine / std::sqrt(1 - sine * sine);
-    if (distance > most.distance) most = {distance, (1.0 / 3) * (mesh.rest[v[0]] + mesh.rest[v[1]] + mesh.rest[v[2]])};
+    if (distance > most.distance)
+      most = {distance, 2 * half, (1.0 / 3) * (mesh.rest[v[0]] + mesh.rest[v[1]] + mesh.rest[v[2]])};
   }
 }
 

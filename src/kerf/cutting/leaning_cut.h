@@ -16,8 +16,9 @@ struct CollisionMesh;
 //              \ |     distance: half the thickness x the lean's tangent
 //   - - - - - - \x - -  mid-surface
 struct LeaningCut {
-  double distance = 0;  ///< metres, the most
-  Vec3 at;              ///< there, at rest
+  double distance = 0;   ///< metres, the most
+  double thickness = 0;  ///< metres, there
+  Vec3 at;               ///< there, at rest
 };
 
 /// That of the parts of an arc that a blade sweeps, where they are more than `most`. Faces that lie along it have none. `along`: unit, the blade. `position`: metres, a vertex.

@@ -141,14 +141,15 @@ void Session::Impl::note_uncut(const UncutPath& path) {
 
 void Session::Impl::note_leaning() {
   const LeaningCut& leaning = state.stroke->leaning;
-  if (leaning.distance < kBesideBlade * state.body.complex.mean_root_edge) return;
+  if (leaning.distance <= kBesideBlade * leaning.thickness) return;
   if (++leaning_notes > kMostLeaningNotes)
     return add_note(
         fmt::format("blades leaned in more than {} strokes: walls stand square on the mid-surface", kMostLeaningNotes));
   add_note(fmt::format(
-      "{}the blade leaned: near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) the cut opens the skin up to {:.2g} m beside where the blade "
-      "passed it, as walls stand square on the mid-surface; hold the edge square on the surface",
-      state.stroke->place, leaning.at.x, leaning.at.y, leaning.at.z, leaning.distance));
+      "{}the blade leaned: near ({:.4g}, {:.4g}, {:.4g}) (rest coordinates, metres) the cut opens the skin up to {:.2g} m, {:.2g} of the "
+      "thickness, beside where the blade passed it, as walls stand square on the mid-surface; hold the edge square on the surface",
+      state.stroke->place, leaning.at.x, leaning.at.y, leaning.at.z, leaning.distance,
+      leaning.distance / leaning.thickness));
 }
 
 void Session::Impl::note_idle_stroke() {

@@ -14,7 +14,7 @@ def unmasked(given, name):
         raise TypeError(f"{name} must not be a masked array; its filled() or compressed() is a plain one")
 
 
-def _array(given, name, what):
+def as_array(given, name, what):
     import numpy as np
 
     unmasked(given, name)
@@ -45,7 +45,7 @@ def kind_of(array, given):
 def _numbers(given, name, what):
     import numpy as np
 
-    array = _array(given, name, what)
+    array = as_array(given, name, what)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be {what}, not {kind_of(array, given)}")
     array = np.array(array, dtype=np.float64, order="C")  # a copy: the caller's may change while other threads run
@@ -82,7 +82,7 @@ def led_rows(given, name, shape):
     """The same; a row of NaN throughout leads nothing."""
     import numpy as np
 
-    array = _array(given, name, "numbers")
+    array = as_array(given, name, "numbers")
     if array.dtype.kind != "f" or array.shape != shape:
         return place_rows(given, name, shape)
     alone = np.isnan(array).all(axis=1)
@@ -107,7 +107,7 @@ def flags(given, name, n):
     """n truth values."""
     import numpy as np
 
-    array = np.array(_array(given, name, f"{n} truth values"), order="C")
+    array = np.array(as_array(given, name, f"{n} truth values"), order="C")
     if array.shape != (n,) or array.dtype != np.bool_:
         raise ValueError(f"{name} must be {n} truth values")
     return array
@@ -238,7 +238,7 @@ def corners(given, name, count):
     import numpy as np
 
     what = "an array of shape (m, 3): numbers of three vertices each, from 0"
-    array = _array(given, name, what)
+    array = as_array(given, name, what)
     if array.size == 0:
         raise ValueError(f"{name} is empty: there is no surface")
     if array.dtype.kind not in "iu":

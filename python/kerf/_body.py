@@ -8,41 +8,41 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import _arguments, _core
+from . import _arguments, _core, _meshes
 from ._core import Body
 from ._error import Error
-from ._scene import models, utf8
+from ._paths import path_text
+from ._scene import models
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_MESHES = "(vertices, triangles), a path of a mesh file, or a mesh of trimesh, pyvista or meshio"
 
 
-def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, collision: Any = None, scale: float = 1.0,
-         thickness: float | None = None, weld: float | None = None, collision_triangles: int | None = None, exact_paths: bool = False, young: float | None = None,
+def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, uv: ArrayLike | None = None, collision: Any = None,
+         scale: float | None = None, thickness: float | None = None, weld: float | None = None, collision_triangles: int | None = None, exact_paths: bool = False, young: float | None = None,
          poisson: float | None = None, density: float | None = None) -> Body:
     """Makes a body that can be cut from the surface of a thin solid, or from an open sheet: what `kerf bind` does with files.
 
     vertices, triangles: (n, 3) finite numbers, and (m, 3) whole numbers of vertices, counter-clockwise from outside. Or in place of both
-    one mesh: a path of a file (OBJ, PLY, STL, OFF), a trimesh.Trimesh, a triangulated pyvista.PolyData, a meshio.Mesh of triangles, or
-    anything else with `vertices` and `faces` or `triangles`; or the name of a model (kerf.models()).
+    one mesh: a path of a file (OBJ, PLY, STL, OFF), a trimesh.Trimesh or a Scene of one, a pyvista.PolyData, a meshio.Mesh of triangles,
+    quads and polygons, or anything else with `vertices` and `faces` or `triangles`; or the name of a model (kerf.models()).
+    uv: texture coordinates, (n, 2) of the vertices or (m, 3, 2) of the triangles' corners. By default those that the mesh brings: visual.uv
+    of trimesh, active_texture_coordinates of pyvista. They tell seams from slits in an open sheet: vertices at one place with different
+    coordinates become one.
     collision: the mid-surface, an open surface, as one mesh or a pair (vertices, triangles). Without it one is made: body.diagnosis tells how.
-    scale: metres per unit of both. thickness: metres; an open sheet needs it. weld: metres; corners this close become one, with 0 none; by
-    default those at one place that the mesh does not keep apart, as the lips of a slit. Arrays and meshes in memory bring no texture, which
-    tells seams from slits in an open sheet: weld=1e-9 merges seams. collision_triangles: wanted of the mesh that is made, 8 to
+    scale: metres per unit of both; by default that of a mesh that knows its unit, as `units` of trimesh, else 1. thickness: metres; an open sheet needs it. weld: metres; corners this close become one, with 0 none; by
+    default those at one place that the mesh does not keep apart, as the lips of a slit. collision_triangles: wanted of the mesh that is made, 8 to
     100000, at most as many as the surface has, or 1500; by default 160, or what the bends need. A model has collision meshes of its own: then it
     is one of their counts, by default the model's, and kerf.Error names them. exact_paths: exact geodesics, slower and a
     little shorter.
     young (Pa), poisson, density (kg/m3): of the material; scenes use them where they say none.
-    Arrays and objects of other packages bring no texture. So an open sheet that is split at UV seams is refused, or keeps a seam as a slit:
-    weld=1e-9 joins seams. An OBJ or a PLY by its path brings its texture, whose seams are merged.
 
     kerf.Error: a mesh that can't be bound, with the program's words; its `diagnosis` is a dict as body.diagnosis where a collision mesh was
     tried to be made. TypeError, ValueError: arguments that are no such meshes or numbers. Python's lock is free meanwhile; Ctrl-C ends it.
     """
-    options: dict[str, Any] = {"scale": _positive(scale, "scale"), "exact_paths": _arguments.flag(exact_paths, "exact_paths")}
-    for name, value in (("thickness", thickness), ("young", young), ("density", density)):
+    options: dict[str, Any] = {"exact_paths": _arguments.flag(exact_paths, "exact_paths")}
+    for name, value in (("scale", scale), ("thickness", thickness), ("young", young), ("density", density)):
         if value is not None:
             options[name] = _positive(value, name)
     if weld is not None:
@@ -58,12 +58,14 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, colli
     if triangles is None and _is_model(vertices):
         if weld is not None:
             raise ValueError(f"{vertices} is a model, which has no loose corners; leave weld out, or give a mesh")
-        if collision is not None or options["scale"] != 1:
-            raise ValueError(f"{vertices} is a model, in metres and with its own collision mesh; leave scale and collision out, or give a mesh")
+        if collision is not None or uv is not None or options.get("scale", 1) != 1:
+            raise ValueError(f"{vertices} is a model, in metres and with its own collision mesh and texture; leave scale, collision and uv out, or give a mesh")
         visual, options["model"] = None, vertices
     else:
-        visual = _mesh(vertices, "") if triangles is None else _arrays(vertices, triangles, "")
-    middle = None if collision is None else _mesh(collision, "collision ")
+        visual = _meshes.surface(vertices if triangles is None else (vertices, triangles), "", uv)
+    middle = None if collision is None else _meshes.surface(collision, "collision ")
+    if "scale" not in options and visual is not None and visual.unit is not None:
+        options["scale"] = visual.unit
     diagnosis: dict[str, Any] = {}
     try:
         return _core.bind_body(visual, middle, options, diagnosis)
@@ -80,16 +82,6 @@ def load(path: str | os.PathLike[str]) -> Body:
 def unpickled(data: bytes, title: str) -> Body:
     """What the pickle of a body becomes. kerf.Error: it is damaged."""
     return _core.body_of_bytes(data, title)
-
-
-def path_text(path):
-    """A path as the library can have it."""
-    if not isinstance(path, (str, os.PathLike)):
-        raise TypeError(f"a path is a str or os.PathLike, not {type(path).__name__}")
-    text = utf8(os.fsdecode(path))
-    if "\0" in text:
-        raise ValueError("a path has no null characters")
-    return text
 
 
 def _is_model(mesh):
@@ -122,61 +114,3 @@ def _count(value, collision):
     if not 8 <= count <= 100000:
         raise ValueError(f"collision_triangles must be from 8 to 100000, not {count}")
     return count
-
-
-# --- Meshes ---
-
-
-def _mesh(mesh, what):
-    """A path, or a pair of arrays, of whatever is a mesh. what: "" or "collision ", for messages."""
-    if isinstance(mesh, (str, os.PathLike)):
-        return path_text(mesh)
-    if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
-        return _arrays(mesh[0], mesh[1], what)
-    kind = type(mesh).__name__
-    faces = getattr(mesh, "faces", None)
-    if hasattr(mesh, "vertices") and (faces is not None or hasattr(mesh, "triangles")):
-        return _arrays(mesh.vertices, mesh.triangles if faces is None else faces, what)
-    if hasattr(mesh, "points"):
-        if faces is not None:
-            return _arrays(mesh.points, _of_rows(mesh, faces), what)
-        blocks = getattr(mesh, "cells", None)
-        if isinstance(blocks, list) and all(hasattr(block, "type") and hasattr(block, "data") for block in blocks):
-            return _arrays(mesh.points, _of_blocks(blocks), what)
-        if blocks is not None:
-            raise ValueError(f"this {kind} has volumes or cells of many kinds; give its surface: .extract_surface().triangulate()")
-    if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
-        if len(mesh.geometry) == 1:  # of a .glb; placed by its node
-            return _mesh(mesh.to_mesh(), what)
-        raise TypeError(f"this {kind} holds {len(mesh.geometry)} meshes; give one of them, or all as one: .to_mesh()")
-    if not what and hasattr(mesh, "__array__") or isinstance(mesh, (tuple, list)):
-        raise TypeError(f"arrays come in twos: {what}vertices of shape (n, 3) and {what}triangles of shape (m, 3)")
-    raise TypeError(f"a {what}mesh is {_MESHES}, not {kind}")
-
-
-def _of_rows(mesh, faces):
-    """Triangles of PolyData: faces in one row, each with its number of corners before it."""
-    import numpy as np
-
-    row = np.asarray(faces)
-    if row.ndim != 1:
-        return row
-    if len(row) % 4 or (row[::4] != 3).any() or getattr(mesh, "n_strips", 0):
-        raise ValueError(f"this {type(mesh).__name__} has faces that are no triangles; give its .triangulate()")
-    return row.reshape(-1, 4)[:, 1:]
-
-
-def _of_blocks(blocks):
-    """Triangles of meshio's blocks; points and lines beside them are left out."""
-    import numpy as np
-
-    others = sorted({block.type for block in blocks} - {"triangle", "vertex", "line"})
-    if others:
-        raise ValueError(f"this mesh has cells of type {', '.join(others)}; give triangles alone, of its surface")
-    found = [block.data for block in blocks if block.type == "triangle"]
-    return np.concatenate(found) if found else np.empty((0, 3), np.int64)
-
-
-def _arrays(vertices, triangles, what):
-    points = _arguments.table(vertices, f"{what}vertices", "an array of shape (n, 3), metres before scale")
-    return points, _arguments.corners(triangles, f"{what}triangles", len(points))

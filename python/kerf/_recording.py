@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from . import _arguments, _core
-from ._body import path_text
+from ._paths import path_text
 from ._error import Error
 from ._session import Session, paths_text
 

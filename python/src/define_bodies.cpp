@@ -1,13 +1,14 @@
 #include <nanobind/ndarray.h>
-#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "define.h"
+#include "kerf/mesh/polygon_faces.h"
 #include "memory_body.h"
 
 namespace nb = nanobind;
@@ -18,12 +19,15 @@ namespace {
 
 using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using Corners = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Texture = nb::ndarray<const float, nb::shape<-1, 3, 2>, nb::c_contig, nb::device::cpu>;
+using Polygons = nb::ndarray<const std::int64_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
 
-/// A surface as the package hands it over: the name of a file, or a pair of arrays that `name` then stands for; nothing where it is none.
+/// A surface as the package hands it over (_meshes.py): the name of a file, or arrays that `name` then stands for; nothing where it is none.
 void take_surface(nb::handle surface, const char* name, std::string& file, std::optional<TriangleMesh>& given) {
   if (surface.is_none()) return;
-  if (nb::try_cast(surface, file)) return;
-  const auto [points, corners] = nb::cast<std::pair<Points, Corners>>(surface);
+  if (nb::try_cast(surface.attr("file"), file)) return;
+  const auto points = nb::cast<Points>(surface.attr("points"));
+  const auto corners = nb::cast<Corners>(surface.attr("triangles"));
   file = name;
   TriangleMesh& mesh = given.emplace();
   mesh.positions.reserve(points.shape(0));
@@ -33,6 +37,21 @@ void take_surface(nb::handle surface, const char* name, std::string& file, std::
   for (std::size_t i = 0; i < corners.shape(0); ++i)
     mesh.triangles.push_back(
         {VertexId(corners.data()[3 * i]), VertexId(corners.data()[3 * i + 1]), VertexId(corners.data()[3 * i + 2])});
+  if (const nb::object texture = surface.attr("texture"); !texture.is_none()) {
+    const auto uv = nb::cast<Texture>(texture);
+    mesh.texture.resize(uv.shape(0));
+    for (std::size_t i = 0; i < uv.size() / 2; ++i)
+      mesh.texture.raw()[i / 3][i % 3] = {uv.data()[2 * i], uv.data()[2 * i + 1]};
+  }
+  if (const nb::object faces = surface.attr("polygons"); !faces.is_none()) {
+    const auto rows = nb::cast<Polygons>(faces);
+    std::vector<PolygonFace> polygons;
+    for (std::size_t i = 0; i < rows.shape(0); ++i)
+      polygons.push_back(
+          {static_cast<std::size_t>(rows.data()[2 * i]), static_cast<std::size_t>(rows.data()[2 * i + 1]), i});
+    if (const PolygonFace* late = fit_polygon_faces(polygons, mesh))
+      throw nb::value_error(too_many_corners(*late).c_str());
+  }
 }
 
 template <class T>
@@ -70,7 +89,7 @@ It can be pickled, for other processes, with all but its diagnosis and notes.)")
       .def(
           "save",
           [](const MemoryBody& self, nb::handle path) {
-            self.save(nb::cast<std::string>(nb::module_::import_("kerf._body").attr("path_text")(path)));
+            self.save(nb::cast<std::string>(nb::module_::import_("kerf._paths").attr("path_text")(path)));
           },
           "path"_a.none(), nb::sig("def save(self, path: str | os.PathLike[str]) -> None"),
           R"(Writes it to a file as `kerf bind` does, usually .kerf: the file appears complete and lasts, or not at all.

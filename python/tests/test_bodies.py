@@ -150,9 +150,8 @@ def test_open_sheets(tmp_path):
     assert (tmp_path / "mine.kerf").read_bytes() == (tmp_path / "program.kerf").read_bytes() and not body.closed
 
 
-@pytest.mark.parametrize("seam", [2, 5])
-def test_arrays_bring_no_texture_and_seams_stay(tmp_path, seam):
-    """Of a sheet of 4 x 4 squares, the lowest rows of vertices are there twice in the middle, with a texture that differs."""
+def sheet_with_a_seam(seam):
+    """A sheet of 4 x 4 squares whose lowest rows of vertices are there twice in the middle, with a texture that differs: points, triangles, uv."""
     points, numbers = [], {}
 
     def number(x, y, side):
@@ -164,15 +163,58 @@ def test_arrays_bring_no_texture_and_seams_stay(tmp_path, seam):
 
     squares = [[number(x + i, y + j, x >= 2) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))] for x in range(4) for y in range(4)]
     triangles = np.array([corners for a, b, c, d in squares for corners in ((a, b, c), (a, c, d))])
-    lines = [f"v {x} {y} {z}\nvt {u} {v}" for x, y, z, u, v in points] + ["f " + " ".join(f"{i}/{i}" for i in row) for row in triangles + 1]
+    return np.array(points)[:, :3], triangles, np.array(points)[:, 3:]
+
+
+@pytest.mark.parametrize("seam", [2, 5])
+def test_a_texture_tells_seams_from_slits(tmp_path, seam):
+    points, triangles, uv = sheet_with_a_seam(seam)
+    lines = [f"v {x} {y} {z}\nvt {u} {v}" for (x, y, z), (u, v) in zip(points, uv, strict=True)]
+    lines += ["f " + " ".join(f"{i}/{i}" for i in row) for row in triangles + 1]
     (tmp_path / "sheet.obj").write_text("\n".join([*lines, ""]))
-    arrays = np.array(points)[:, :3], triangles
-    assert len(kerf.bind(tmp_path / "sheet.obj", thickness=0.01).vertices) == 25 == len(kerf.bind(*arrays, thickness=0.01, weld=1e-9).vertices)
+    assert run("bind", tmp_path / "sheet.obj", "--thickness", "0.01", "--out", tmp_path / "program.kerf").returncode == 0
+    mesh = types.SimpleNamespace(vertices=points, faces=triangles, visual=types.SimpleNamespace(uv=uv))
+    poly = Poly(points, row(triangles))
+    poly.active_texture_coordinates = uv
+    for body in (kerf.bind(points, triangles, uv=uv, thickness=0.01), kerf.bind(points, triangles, uv=uv[triangles], thickness=0.01),
+                 kerf.bind(mesh, thickness=0.01), kerf.bind(poly, thickness=0.01), kerf.bind((points, triangles), uv=uv.tolist(), thickness=0.01)):
+        assert len(body.vertices) == 25
+        body.save(tmp_path / "mine.kerf")
+        assert (tmp_path / "mine.kerf").read_bytes() == (tmp_path / "program.kerf").read_bytes()
+    # Without it they are slits, or parts.
+    assert len(kerf.bind(points, triangles, thickness=0.01, weld=1e-9).vertices) == 25
     if seam == 5:
         with pytest.raises(kerf.Error, match="2 separate bodies"):
-            kerf.bind(*arrays, thickness=0.01)
+            kerf.bind(points, triangles, thickness=0.01)
     else:
-        assert len(kerf.bind(*arrays, thickness=0.01).vertices) == 25 + seam
+        assert len(kerf.bind(points, triangles, thickness=0.01).vertices) == 25 + seam
+
+
+def test_texture_of_trimesh_itself(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    points, triangles, uv = sheet_with_a_seam(5)
+    mesh = trimesh.Trimesh(points, triangles, visual=trimesh.visual.TextureVisuals(uv=uv), process=False)
+    assert len(kerf.bind(mesh, thickness=0.01).vertices) == 25
+    plain = trimesh.Trimesh(points, triangles, process=False)
+    with pytest.raises(kerf.Error, match="2 separate bodies"):
+        kerf.bind(plain, thickness=0.01)
+
+
+@pytest.mark.parametrize("uv, error, words", [
+    (np.zeros((3, 2)), ValueError, r"uv must be an array of shape \(338, 2\), not of shape \(3, 2\)"), (np.zeros((338, 3)), ValueError, "uv must be"),
+    (np.zeros((5, 3, 2)), ValueError, "uv must be"), (np.full((338, 2), np.nan), ValueError, "uv must be finite"), ("uv", TypeError, "uv must be"),
+    (np.full((338, 2), 1e300), ValueError, "float32"), ([[1, 2], [1]], ValueError, "differ in length")])
+def test_texture_coordinates_that_are_none(uv, error, words):
+    assert len(PLATE[0]) == 338
+    with pytest.raises(error, match=words):
+        kerf.bind(*PLATE, uv=uv)
+
+
+def test_files_and_models_have_their_own_texture(tmp_path):
+    with pytest.raises(ValueError, match="a file brings its own"):
+        kerf.bind(write_obj(tmp_path / "plate.obj", PLATE), uv=np.zeros((338, 2)))
+    with pytest.raises(ValueError, match="is a model"):
+        kerf.bind("meniscus", uv=np.zeros((338, 2)))
 
 
 def test_sessions_have_the_bits_of_the_program_s_file(body, tmp_path):
@@ -407,13 +449,30 @@ def test_trimesh(body):
     assert trimesh.Trimesh(bound.vertices, bound.triangles, process=False).volume == pytest.approx(disc.volume, rel=1e-9)
 
 
+@pytest.mark.parametrize("unit, metres", [("mm", 1e-3), ("millimeters", 1e-3), ("Inches", 0.0254), ("centimetres", 0.01), ("m", 1), (None, 1), ("unitless", 1)])
+def test_units_that_a_mesh_knows(unit, metres):
+    mesh = types.SimpleNamespace(vertices=PLATE[0] / metres, faces=PLATE[1], units=unit)
+    same(kerf.bind(mesh), kerf.bind(PLATE[0] / metres, PLATE[1], scale=metres))
+    same(kerf.bind(mesh, scale=0.5 * metres), kerf.bind(PLATE[0] / metres, PLATE[1], scale=0.5 * metres))
+
+
+def test_units_of_trimesh_itself(body):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.Trimesh(1000 * PLATE[0], PLATE[1], process=False)
+    mesh.units = "mm"
+    assert np.ptp(kerf.bind(mesh).vertices[:, 0]) == pytest.approx(0.12)
+    assert np.ptp(kerf.bind(trimesh.Scene([mesh])).vertices[:, 0]) == pytest.approx(0.12)
+    with pytest.raises(ValueError, match="'parsecs', which is no unit known here; give scale"):
+        kerf.bind(types.SimpleNamespace(vertices=PLATE[0], faces=PLATE[1], units="parsecs"))
+
+
 def test_meshio(body):
     meshio = pytest.importorskip("meshio")
     points, triangles = PLATE
     same(kerf.bind(meshio.Mesh(points, [("triangle", triangles)])), body)
     same(kerf.bind(meshio.Mesh(points, [("triangle", triangles[:50]), ("line", [[0, 1]]), ("triangle", triangles[50:])])), body)
-    with pytest.raises(ValueError, match="quad"):
-        kerf.bind(meshio.Mesh(points, [("triangle", triangles), ("quad", [[0, 1, 2, 3]])]))
+    with pytest.raises(ValueError, match="tetra"):
+        kerf.bind(meshio.Mesh(points, [("triangle", triangles), ("tetra", [[0, 1, 2, 3]])]))
     with pytest.raises(ValueError, match="empty"):
         kerf.bind(meshio.Mesh(points, [("line", [[0, 1]])]))
     with pytest.raises(ValueError, match="shape"):
@@ -424,19 +483,57 @@ def test_polydata(body):
     points, triangles = PLATE
     same(kerf.bind(Poly(points, row(triangles))), body)
     same(kerf.bind(*PLATE, collision=Poly(MIDDLE[0], row(MIDDLE[1]))), kerf.bind(*PLATE, collision=MIDDLE))
-    for faces in ([4, 0, 1, 2, 3, 3, 0, 1, 2], [3, 0, 1, 2, 4, 0, 1, 2, 3], [3, 0, 1]):
-        with pytest.raises(ValueError, match=r"\.triangulate\(\)"):
-            kerf.bind(Poly(points, np.array(faces)))
+    for faces, words in (([4, 0, 1, 2, 3, 3, 0, 1], "the last of the faces .* has 3 corners, of which 2 are there"), ([3, 0, 1, 2, 2, 0, 1], r"faces\[1\] has 2 corners"),
+                         ([3, 0, 1, 2, -3], "corners"), ([3, 0, 1, 2, 4, 0, 1, 2, 999], r"faces\[1\] has the vertex 999"), ([], "empty"), ([3, 0, 1], "2 are there")):
+        with pytest.raises(ValueError, match=words):
+            kerf.bind(Poly(points, np.array(faces, np.int64)))
+    with pytest.raises(TypeError, match="whole numbers"):
+        kerf.bind(Poly(points, np.array([3, 0, 1, 2.5])))
     grid = types.SimpleNamespace(points=points, cells=np.array([4, 0, 1, 2, 3]), celltypes=np.array([10]))
-    with pytest.raises(ValueError, match=r"\.extract_surface\(\)\.triangulate\(\)"):
+    with pytest.raises(ValueError, match=r"\.extract_surface\(\)"):
         kerf.bind(grid)
+
+
+def polygons(points):
+    """An L of five faces, upright: its outlines above and below have a corner that turns in, and the sides are quads."""
+    n = len(points) // 2
+    return [list(range(n))[::-1], list(range(n, 2 * n))] + [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+
+
+OUTLINE = np.array([(0, 0), (0.1, 0), (0.1, 0.04), (0.04, 0.04), (0.04, 0.1), (0, 0.1)])
+
+
+def test_polygons_are_divided_as_those_of_files(tmp_path):
+    points = np.array([(x, y, z) for z in (0, 0.006) for x, y in OUTLINE])
+    faces = polygons(points)
+    faces[0], faces[1] = faces[0][4:] + faces[0][:4], faces[1][1:] + faces[1][:1]  # from a corner whose fan leaves the L
+    lines = [f"v {x} {y} {z}" for x, y, z in points.tolist()] + ["f " + " ".join(str(i + 1) for i in face) for face in faces]
+    (tmp_path / "l.obj").write_text("\n".join([*lines, ""]))
+    expected = kerf.bind(tmp_path / "l.obj")
+    a, b, c = np.moveaxis(expected.vertices[expected.triangles], 1, 0)
+    assert (a * np.cross(b, c)).sum() / 6 == pytest.approx((0.01 - 0.06 ** 2) * 0.006, rel=1e-9)
+    same(kerf.bind(Poly(points, np.concatenate([[len(face), *face] for face in faces]))), expected)
+    block = lambda kind, rows: types.SimpleNamespace(type=kind, data=rows)  # noqa: E731
+    cells = [block("polygon", faces[:2]), block("quad", np.array(faces[2:], np.uint64))]
+    same(kerf.bind(types.SimpleNamespace(points=points, cells=cells)), expected)
+    cells[0].data = np.array(faces[:2])
+    same(kerf.bind(types.SimpleNamespace(points=points, cells=cells)), expected)
+
+
+def test_polygons_of_the_packages_themselves():
+    points = np.array([(x, y, z) for z in (0, 0.006) for x, y in OUTLINE])
+    faces = polygons(points)
+    expected = kerf.bind(Poly(points, np.concatenate([[len(face), *face] for face in faces])))
+    meshio = pytest.importorskip("meshio")
+    same(kerf.bind(meshio.Mesh(points, [("polygon", faces[:2]), ("quad", faces[2:])])), expected)
+    pyvista = pytest.importorskip("pyvista")
+    same(kerf.bind(pyvista.PolyData(points, np.concatenate([[len(face), *face] for face in faces]))), expected)
 
 
 def test_pyvista_itself(body):
     pyvista = pytest.importorskip("pyvista")
     same(kerf.bind(pyvista.PolyData(PLATE[0], row(PLATE[1]))), body)
-    with pytest.raises(ValueError, match=r"\.triangulate\(\)"):
-        kerf.bind(pyvista.Plane())
+    assert not kerf.bind(pyvista.Plane(i_size=0.1, j_size=0.1), thickness=0.004).closed  # quads with a texture
 
 
 def same(a, b):
@@ -500,7 +597,7 @@ def test_what_is_no_mesh(mesh):
 
 @pytest.mark.parametrize("options, error", [
     ({"scale": 0}, ValueError), ({"scale": -1}, ValueError), ({"scale": np.nan}, ValueError), ({"scale": np.inf}, ValueError), ({"scale": "1"}, TypeError),
-    ({"scale": None}, TypeError), ({"scale": True}, TypeError), ({"scale": 10**400}, ValueError), ({"scale": 1e-300}, kerf.Error), ({"scale": 1e300}, kerf.Error),
+    ({"scale": True}, TypeError), ({"scale": 10**400}, ValueError), ({"scale": 1e-300}, kerf.Error), ({"scale": 1e300}, kerf.Error),
     ({"thickness": 0}, ValueError), ({"thickness": [1]}, TypeError), ({"young": -5}, ValueError), ({"poisson": 0.5}, ValueError),
     ({"poisson": np.nan}, ValueError), ({"density": 1j}, TypeError), ({"collision_triangles": 7}, ValueError), ({"collision_triangles": 10**30}, ValueError),
     ({"collision_triangles": 100.0}, TypeError), ({"collision_triangles": 100, "collision": MIDDLE}, ValueError), ({"unknown": 1}, TypeError)])

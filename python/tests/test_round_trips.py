@@ -7,13 +7,16 @@ import collections
 import math
 import os
 import random
+import re
 import struct
+import subprocess
 import time
 
 import numpy as np
 import pytest
 
 import kerf
+from kerf import _program
 
 SLAB, SHEET = 0.006, 0.002  # m: thickness
 
@@ -192,3 +195,115 @@ def test_cut_bodies_come_back(tmp_path):
     bound = storm.counts["slit"] + storm.counts["plain"]
     assert storm.counts["slit"] >= 0.2 * bound and storm.counts["whole files"] > 0
     assert storm.counts["refused"] <= 0.2 * bound and storm.counts["refused with its mid-surface"] <= 0.08 * bound
+
+
+# --- Mangled meshes: what `kerf info` says of a file is what binding does with it ---
+
+
+def hang_loose(chance, points, triangles):
+    return points[triangles].reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3)
+
+
+def tremble(chance, points, triangles):
+    """Corners that were one lie a little beside each other."""
+    points, triangles = hang_loose(chance, points, triangles)
+    size = np.ptp(points, axis=0).max() * 10 ** chance.uniform(-10, -3)
+    return points + size * np.random.default_rng(chance.randrange(1 << 30)).uniform(-1, 1, points.shape), triangles
+
+
+def leave_out(chance, points, triangles):
+    return points, np.delete(triangles, [chance.randrange(len(triangles)) for _ in range(chance.choice([1, 1, 2, 9]))], axis=0)
+
+
+def turn(chance, points, triangles):
+    triangles = triangles.copy()
+    which = slice(None) if chance.random() < 0.3 else [chance.randrange(len(triangles)) for _ in range(chance.choice([1, 3]))]
+    triangles[which] = triangles[which][:, ::-1]
+    return points, triangles
+
+
+def twice(chance, points, triangles):
+    i = chance.randrange(len(triangles))
+    again = triangles[i][chance.choice([[0, 1, 2], [1, 2, 0], [0, 2, 1]])]
+    return points, np.concatenate([triangles, [again]])
+
+
+def fin(chance, points, triangles):
+    i = chance.randrange(len(triangles))
+    return np.concatenate([points, [points[triangles[i]].mean(0) + [0, 0, 0.01]]]), np.concatenate([triangles, [[*triangles[i][:2], len(points)]]])
+
+
+def no_area(chance, points, triangles):
+    a, b, _ = triangles[chance.randrange(len(triangles))]
+    if chance.random() < 0.5:
+        return points, np.concatenate([triangles, [[a, b, b]]])
+    return np.concatenate([points, [(points[a] + points[b]) / 2]]), np.concatenate([triangles, [[a, b, len(points)]]])
+
+
+def needle(chance, points, triangles):
+    points = points.copy()
+    a, b, _ = triangles[chance.randrange(len(triangles))]
+    points[a] += (points[b] - points[a]) * (1 - 10 ** chance.uniform(-12, -1))
+    return points, triangles
+
+
+def another(chance, points, triangles):
+    """A second body: away, touching in a face, an edge or a corner, at the same place, inside, or crossing."""
+    size = np.ptp(points, axis=0)
+    move = chance.choice([[2, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 0], [0, 0, 1], [0.31, 0.27, 0]])
+    scale = chance.choice([1, 1, 0.4])
+    return np.concatenate([points, scale * points + move * size]), np.concatenate([triangles, triangles + len(points)])
+
+
+def unused(chance, points, triangles):
+    return np.concatenate([points, [[chance.choice([0, 1, 1e3, 1e9])] * 3]]), triangles
+
+
+def far(chance, points, triangles):
+    return points + 10 ** chance.uniform(-1, 9), triangles
+
+
+def other_size(chance, points, triangles):
+    return points * 10 ** chance.uniform(-12, 12), triangles
+
+
+MANGLERS = [hang_loose, tremble, tremble, leave_out, turn, twice, fin, no_area, needle, another, another, unused, far, other_size]
+
+
+def judge(file, counts):
+    """Words of `kerf info`, and of binding."""
+    said = subprocess.run([_program.PROGRAM, "info", file], capture_output=True, text=True)
+    assert said.returncode == 0, said.stderr
+    unusable = re.findall(r"^unusable +(.*)$", said.stdout, re.M)
+    repairs = re.findall(r"^(?:repair|warning) +(.*)$", said.stdout, re.M)
+    try:
+        body = kerf.bind(file, thickness=SHEET)
+    except kerf.Error as refused:
+        counts["refused"] += 1
+        if unusable:
+            counts["judged unusable"] += 1
+            assert any(words in str(refused) for words in unusable), f"{file}: info: {unusable}; bind: {refused}"
+        else:  # seen only by what comes after the judge
+            counts[re.sub(r"[\d.e+-]+", "#", str(refused).split(": ", 1)[-1])[:40]] += 1
+    else:
+        counts["bound"] += 1
+        assert not unusable, f"{file}: bound, but info says {unusable}"
+        for words in repairs:
+            assert any(words in note for note in body.notes), f"{file}: info: {words}; bind: {body.notes}"
+
+
+def test_info_says_what_binding_does(tmp_path):
+    first = int(os.environ.get("KERF_FUZZ_SEED", 1))
+    counts = collections.Counter()
+    seconds = os.environ.get("KERF_FUZZ_SECONDS")
+    end, seed = time.monotonic() + float(seconds or 0), first
+    while time.monotonic() < end if seconds else seed < first + 60:
+        chance = random.Random(seed)
+        flat = grid(6, 5, 0.12, 0.10, lambda x, y: 0 * x)
+        points, triangles = flat if chance.random() < 0.3 else thickened(*flat)
+        for _ in range(chance.choice([1, 1, 2, 3])):
+            points, triangles = chance.choice(MANGLERS)(chance, points, triangles)
+        judge(write(tmp_path / f"{seed}{chance.choice(['.obj', '.ply', '.off', '.stl'])}", points, triangles), counts)
+        seed += 1
+    print(f"\n{seed - first} meshes: " + ", ".join(f"{n} {what}" for what, n in counts.most_common()))
+    assert counts["bound"] > 0.1 * (seed - first) and counts["judged unusable"] > 0.1 * (seed - first)

@@ -214,8 +214,13 @@ class SurfacePass {
     KERF_TRY(check_closedness());
     nest_parts();
     KERF_TRY(turn_inside_out());
-    KERF_TRY(check_bodies());
+    count_bodies();
     return {};
+  }
+  /// Whether it may be of several bodies, if it is. `way_out`: what else to say where it may not.
+  [[nodiscard]] Status allow_several(const std::string& way_out) const {
+    if (report_.several.empty() || !requirements_.single_body) return {};
+    return refuse(report_.several + (way_out.empty() ? "" : "; ") + way_out);
   }
 
   [[nodiscard]] bool closed() const { return closed_; }
@@ -846,7 +851,7 @@ class SurfacePass {
     return {};
   }
 
-  Status check_bodies() {
+  void count_bodies() {
     std::vector<std::size_t> sizes;
     for (const Part& part : parts_) {
       if (part.border_edges == 0 && part.depth % 2 == 1) {
@@ -856,7 +861,7 @@ class SurfacePass {
       }
     }
     report_.bodies = sizes.size();
-    if (sizes.size() == 1) return {};
+    if (sizes.size() == 1) return;
     std::sort(sizes.begin(), sizes.end(), std::greater<>());
     std::string list;
     for (std::size_t i = 0; i < std::min<std::size_t>(sizes.size(), 5); ++i)
@@ -864,8 +869,6 @@ class SurfacePass {
     report_.several =
         fmt::format("{} separate bodies in one surface, of {}{} triangles; keep one, or give each a file of its own",
                     sizes.size(), list, sizes.size() > 5 ? ", ..." : "");
-    if (requirements_.single_body) return refuse(report_.several);
-    return {};
   }
 
   const TriangleMesh& input_;
@@ -1004,7 +1007,6 @@ static std::optional<double> weld_that_would_do(const TriangleMesh& mesh, const 
   if (weld_within(mesh, box, distances.back()) == tried) return std::nullopt;
   SurfaceRequirements any = requirements;
   any.closedness = Closedness::kAny;
-  any.single_body = false;
   std::optional<double> best;
   for (const double distance : distances) {
     std::vector<std::int32_t> weld = weld_within(mesh, box, distance);
@@ -1044,7 +1046,8 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   }
 
   if (requirements.bindable) KERF_TRY(check_needles(mesh, who));
-  const auto deliver = [&](SurfacePass& pass) {
+  const auto deliver = [&](SurfacePass& pass, const std::string& way_out = {}) -> Result<SurfaceReport> {
+    KERF_TRY(pass.allow_several(way_out));
     SurfaceReport report = pass.finish(mesh);
     report.warnings = warnings;
     return report;
@@ -1079,7 +1082,7 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
       return error;
     }
     if (distance) warnings.push_back(who + way);
-    return deliver(pass);
+    return deliver(pass, way);
   };
   if (coinciding == 0 || asked) {
     SurfacePass pass(mesh, requirements, *box, coinciding == 0 ? nullptr : &weld);
@@ -1092,12 +1095,17 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   const auto at_one_place = [&](std::size_t count) {
     return fmt::format("{} at the same place as others", counted(count, "vertex lies", "vertices lie"));
   };
+  std::size_t welded_bodies = 0;  // 0: welding breaks it
   const auto deliver_apart = [&](SurfacePass& pass) {
+    std::string way_out;
     if (const std::size_t stayed = coinciding - pass.welded(); stayed > 0) {
       warnings.push_back(who + at_one_place(stayed) + " and stayed apart");
       pass.put_at_one_place(weld);
+      if (!pass.closed() && welded_bodies > 0 && welded_bodies < pass.bodies())
+        way_out = fmt::format("{}: if those are seams, a weld distance joins them (--weld {:.2g})",
+                              at_one_place(stayed), tolerance);
     }
-    return deliver(pass);
+    return deliver(pass, way_out);
   };
   SurfacePass apart(mesh, requirements, *box, nullptr);
   const Status apart_status = apart.run();
@@ -1108,6 +1116,7 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   }
   SurfacePass welded(mesh, requirements, *box, &weld);
   const Status welded_status = welded.run();
+  if (welded_status) welded_bodies = welded.bodies();
   if (apart.closed()) {
     // Nearly equal corners of slivers.
     if (welded_status && welded.closed() && welded.bodies() == apart.bodies()) return deliver(welded);
@@ -1128,12 +1137,6 @@ Result<SurfaceReport> check_surface(TriangleMesh& mesh, const SurfaceRequirement
   if (!welded_status) {
     if (apart_status) return deliver_apart(apart);
     return welded_status.error();
-  }
-  if (kept.bodies() > 1) {
-    Error error = kept_status.error();
-    error.message += fmt::format("; {}: if those are seams, a weld distance joins them (--weld {:.2g})",
-                                 at_one_place(coinciding - kept.welded()), tolerance);
-    return error;
   }
   return deliver(welded);
 }

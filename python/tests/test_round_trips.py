@@ -126,9 +126,13 @@ def measures(points, triangles):
 
 
 def middle_of(session, points):
-    """The part of the session's mid-surface that lies in these."""
+    """The part of the session's mid-surface that reaches as far as these."""
+
+    def reach(p):
+        return np.concatenate([p.min(0), p.max(0)])
+
     middles = parts_of(np.asarray(session.collision_rest_positions), np.asarray(session.collision_triangles))
-    return min(middles, key=lambda part: np.mean([np.linalg.norm(points - p, axis=1).min() for p in part[0]]))
+    return min(middles, key=lambda middle: np.linalg.norm(reach(middle[0]) - reach(points)))
 
 
 class Storm:

@@ -75,17 +75,24 @@ void open_browser(const std::string& address) {
   posix_spawn_file_actions_destroy(&files);
 }
 
-/// This machine's addresses in its networks, without loopback (IPv4).
-std::vector<std::string> network_addresses() {
+/// This machine's addresses in its networks, as they stand in an address of a page: without loopback, and without those that hold on one link alone.
+std::vector<std::string> network_addresses(bool version_6_too) {
   std::vector<std::string> out;
   ifaddrs* all = nullptr;
   if (getifaddrs(&all) != 0) return out;
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-    char text[INET_ADDRSTRLEN] = {};
-    if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) == nullptr || is_loopback(text)) continue;
-    out.emplace_back(text);
+    if (one->ifa_addr == nullptr) continue;
+    char text[INET6_ADDRSTRLEN] = {};
+    if (one->ifa_addr->sa_family == AF_INET) {
+      const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+      if (inet_ntop(AF_INET, &address->sin_addr, text, sizeof text) != nullptr && !is_loopback(text))
+        out.emplace_back(text);
+    } else if (version_6_too && one->ifa_addr->sa_family == AF_INET6) {
+      const auto* address = reinterpret_cast<const sockaddr_in6*>(one->ifa_addr);
+      if (IN6_IS_ADDR_LOOPBACK(&address->sin6_addr) || IN6_IS_ADDR_LINKLOCAL(&address->sin6_addr)) continue;
+      if (inet_ntop(AF_INET6, &address->sin6_addr, text, sizeof text) != nullptr)
+        out.push_back(fmt::format("[{}]", text));
+    }
   }
   freeifaddrs(all);
   return out;
@@ -143,7 +150,7 @@ int view_scene(const ViewOptions& options) {
   server_options.address = options.listen == "localhost" ? "127.0.0.1" : options.listen;
   server_options.port = static_cast<std::uint16_t>(options.port);
   server_options.tries = options.port_given ? 0 : 20;
-  server_options.dev_origin = options.dev_origin;
+  server_options.origins = options.origins;
   const auto token = random_word(), ticket = random_word();
   if (!token || !ticket) return report(token ? ticket.error() : token.error());
   server_options.token = options.token.empty() ? *token : options.token;
@@ -157,9 +164,12 @@ int view_scene(const ViewOptions& options) {
   if (!server) return report(server.error());
   const std::string address = server->address();
   say("kerf view: {}\n", address);
-  if (options.listen == "0.0.0.0")
-    for (const std::string& own : network_addresses())
+  if (options.listen == "0.0.0.0" || options.listen == "::")
+    for (const std::string& own : network_addresses(options.listen == "::"))
       say("from other machines: http://{}:{}/?token={}\n", own, server->port(), server_options.token);
+  for (const std::string& origin : options.origins)
+    say("through a proxy: {}{}/?token={}\n", origin.find("://") == std::string::npos ? "https://" : "",
+        origin.ends_with('/') ? origin.substr(0, origin.size() - 1) : origin, server_options.token);
   say("Whoever has this address can use the session.\n");
   say("Stop with Ctrl-C.\n");
   std::fflush(stdout);

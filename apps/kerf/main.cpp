@@ -272,7 +272,11 @@ void add_view(CLI::App& app, ViewOptions& options, std::optional<MemoryLimit>& m
       ->check(CLI::Validator(is_token, "WORD"));
   command->add_option("--page", options.page, "Serve the page from this folder instead of the built-in one");
   command->add_option("--meshes", options.meshes, kMeshesHelp)->check(CLI::ExistingDirectory);
-  command->add_option("--dev-origin", options.dev_origin, "One more origin that may connect (page development)");
+  command
+      ->add_option(
+          "--origin", options.origins,
+          "Name of a proxy that leads here, such as cut.example.org or https://cut.example.org:8443; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("--time-step", options.time_step, "Seconds, instead of the scene's")
       ->check(CLI::Validator(is_positive, "> 0"));
   command->add_flag("--no-browser", options.no_browser, "Print the address, open nothing");

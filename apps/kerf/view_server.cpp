@@ -34,6 +34,7 @@
 #include "kerf/base/stopwatch.h"
 #include "kerf/mesh/whole_file.h"
 #include "packed.h"
+#include "page_origins.h"
 
 namespace kerf::app {
 namespace {
@@ -65,13 +66,6 @@ constexpr const char* kPolicy =
 constexpr std::string_view kOnlyGet = "Only GET and HEAD.";
 
 std::string_view view(beast::string_view s) { return {s.data(), s.size()}; }
-
-bool same_letters(std::string_view a, std::string_view b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
-    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
-    return lower(x) == lower(y);
-  });
-}
 
 /// Takes as long whatever the guess has in common with the token.
 bool same_token(std::string_view guess, std::string_view token) {
@@ -212,13 +206,15 @@ struct ViewServer::Impl {
   tcp::acceptor acceptor;
   asio::steady_timer timer;
   std::uint16_t port = 0;
-  int listening = -1;  ///< descriptor
+  std::optional<PageOrigins> origins;  ///< from open() on
+  int listening = -1;                  ///< descriptor
   std::set<std::shared_ptr<Page>> pages;
   Packer packer;
   Clock::time_point last_tick, next_tick, next_memory;
   bool stopping = false, ticking = false, memory_due = false;
 
   Status open();
+  Status admit();
   void accept();
   void tick();
   void step_on();
@@ -228,15 +224,15 @@ struct ViewServer::Impl {
   void flush();
   void give_memory_back();
   void shut_down();
-  /// "http://address:port/"
+  /// "http://address:port/"; on all addresses: that of this machine for itself.
   [[nodiscard]] std::string root() const {
-    const bool brackets = options.address.find(':') != std::string::npos;
-    return fmt::format("http://{}{}{}:{}/", brackets ? "[" : "", options.address, brackets ? "]" : "", port);
+    const std::string& own = options.address;
+    const bool brackets = own.find(':') != std::string::npos;
+    const std::string name = own == "0.0.0.0" ? "127.0.0.1" : own == "::" ? "[::1]" : brackets ? "[" + own + "]" : own;
+    return fmt::format("http://{}:{}/", name, port);
   }
   /// Is it the ticket? It then is used up.
   bool take_ticket(std::string_view ticket);
-  [[nodiscard]] bool host_allowed(std::string_view host) const;
-  [[nodiscard]] bool origin_allowed(std::string_view origin) const;
 };
 
 /// One page's socket. Reads messages, and writes one at a time: what waits, waits in the engine.
@@ -394,13 +390,19 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
       return refuse(request, http::status::bad_request, "A request has one Host line.");
     const std::string target(view(request.target()));
     const std::string_view path = std::string_view(target).substr(0, target.find('?'));
-    if (!server_.host_allowed(view(request[http::field::host])))
-      return refuse(request, http::status::forbidden, "This address is not one that kerf view listens to.");
+    const std::string_view host = view(request[http::field::host]);
+    if (!server_.origins->admits_host(host))
+      return refuse(
+          request, http::status::forbidden,
+          "This name is not one that kerf view answers to. If it leads here on purpose, as that of a proxy, start kerf view with "
+          "--origin and the name.");
     if (path == "/engine") {
       if (!websocket::is_upgrade(request))
         return refuse(request, http::status::upgrade_required, "This is a WebSocket.");
-      if (!server_.origin_allowed(view(request[http::field::origin])))
-        return refuse(request, http::status::forbidden, "Pages from elsewhere may not connect.");
+      if (!server_.origins->admits_origin(view(request[http::field::origin]), host))
+        return refuse(
+            request, http::status::forbidden,
+            "Pages from elsewhere may not connect. Behind a proxy, start kerf view with --origin and its name.");
       if (!server_.options.token.empty() && !same_token(query_value(target, "token"), server_.options.token))
         return refuse(request, http::status::forbidden,
                       "The token is missing or wrong: use the address that kerf view printed.");
@@ -486,6 +488,14 @@ class ViewServer::Impl::Request : public std::enable_shared_from_this<Request> {
 
 // -------------------------------------------------------------------------------------------------------------------
 
+Status ViewServer::Impl::admit() {
+  origins.emplace(options.address, port);
+  for (const std::string& host : options.hosts) origins->add_host(host);
+  if (options.any_literal) origins->add_all_numbers();
+  for (const std::string& origin : options.origins) KERF_TRY(origins->add_origin(origin));
+  return {};
+}
+
 Status ViewServer::Impl::open() {
   error_code error;
   const auto address = asio::ip::make_address(options.address, error);
@@ -507,7 +517,7 @@ Status ViewServer::Impl::open() {
       port = acceptor.local_endpoint(error).port();
       listening = acceptor.native_handle();
       keep_from_programs(listening);
-      return {};
+      return admit();
     }
     if (error != asio::error::address_in_use)
       return bad_input(fmt::format("can't listen on {} port {}: {}", options.address, wanted, error.message()));
@@ -611,43 +621,10 @@ void ViewServer::Impl::shut_down() {
   io.stop();
 }
 
-bool ViewServer::Impl::host_allowed(std::string_view host) const {
-  // "name", "name:port", "[::1]:port"
-  const std::size_t bracket = host.rfind(']');
-  const std::size_t colon = host.find(':', bracket == std::string_view::npos ? 0 : bracket);
-  const std::string_view name = host.substr(0, colon);
-  int given = 80;
-  if (colon != std::string_view::npos) {
-    const std::string_view digits = host.substr(colon + 1);
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), given);
-    if (error != std::errc() || end != digits.data() + digits.size()) return false;
-  }
-  if (given != port) return false;
-  for (const char* loopback : {"127.0.0.1", "localhost", "[::1]"})
-    if (same_letters(name, loopback)) return true;
-  if (same_letters(name, options.address)) return true;
-  if (std::any_of(options.hosts.begin(), options.hosts.end(),
-                  [&](const std::string& h) { return same_letters(name, h); }))
-    return true;
-  // No name, so nobody else could have pointed it here.
-  if (!options.any_literal || name.empty()) return false;
-  error_code error;
-  const std::string literal(name.front() == '[' && name.back() == ']' ? name.substr(1, name.size() - 2) : name);
-  (void)asio::ip::make_address(literal, error);
-  return !error;
-}
-
 bool ViewServer::Impl::take_ticket(std::string_view ticket) {
   if (options.ticket.empty() || !same_token(ticket, options.ticket)) return false;
   options.ticket.clear();
   return true;
-}
-
-bool ViewServer::Impl::origin_allowed(std::string_view origin) const {
-  if (origin.empty()) return true;  // not a browser
-  if (!options.dev_origin.empty() && origin == options.dev_origin) return true;
-  constexpr std::string_view kScheme = "http://";
-  return origin.starts_with(kScheme) && host_allowed(origin.substr(kScheme.size()));
 }
 
 ViewServer::ViewServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

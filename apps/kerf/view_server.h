@@ -36,7 +36,7 @@ struct ServerOptions {
   std::string ticket;                 ///< not empty: leads the first page that brings it to the token
   bool any_literal = false;           ///< a Host that is a number is ours: for addresses beyond loopback
   std::vector<std::string> hosts;     ///< names that a page may reach us by, beside loopback ones and `address`
-  std::string dev_origin;             ///< one more origin that may connect (page development)
+  std::vector<std::string> origins;   ///< of proxies (page_origins.h)
   std::string embedders = "'none'";   ///< origins whose pages may show this one inside (CSP's frame-ancestors)
   std::function<PageFiles()> reload;  ///< set: files are read again for every request
 };

@@ -13,7 +13,7 @@ const licences = {
 };
 
 // `kerf view` serves the built page; in development `npm run dev` forwards the socket to KERF_SERVER, which must be
-// started with --dev-origin http://localhost:5173.
+// started with --origin http://localhost:5173.
 // `vite build --mode single` puts all scripts into one, for a page in one file (scripts/share).
 export default defineConfig(({ mode }) => ({
   base: './',

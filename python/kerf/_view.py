@@ -81,7 +81,7 @@ def view(session: Session, *, open: bool | None = None, port: int = 0) -> Viewer
 
     open: opens a browser. By default it does where there is a display, but not in a notebook: there the Viewer shows inside its cell.
     port: to serve on; 0: any that is free. The server listens on this machine alone, and the address ends with a token. For a browser
-    elsewhere forward the port under the same number (ssh -L 8000:127.0.0.1:8000).
+    elsewhere forward the port, under any number (ssh -L 9000:127.0.0.1:8000).
     kerf.Error: the session is closed, the port is in use, the session is viewed on another port, or the package has no page.
     """
     if not isinstance(session, Session):

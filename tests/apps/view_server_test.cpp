@@ -112,21 +112,46 @@ TEST(ViewServer, ServesThePageWithItsPolicy) {
 TEST(ViewServer, ForeignHostsAndOriginsAreRefused) {
   const Running server;
   const std::string port = std::to_string(server.port());
-  for (const std::string& host : {"localhost:" + port, "LocalHost:" + port, "[::1]:" + port, "127.0.0.1:" + port})
+  for (const std::string& host : {"localhost:" + port, "LocalHost:" + port, "[::1]:" + port, "127.0.0.1:" + port,
+                                  std::string("localhost:9000"), std::string("127.0.0.1")})  // a port that is forwarded
     EXPECT_TRUE(is(get(server.port(), "/", host), 200)) << host;
-  for (const std::string& host : {std::string("evil.example"), "evil.example:" + port, std::string("127.0.0.1"),
-                                  "127.0.0.1:1" + port, "127.0.0.1:" + port + "x", "127.0.0.1.evil.example:" + port})
+  for (const std::string& host :
+       {std::string("evil.example"), "evil.example:" + port, "127.0.0.1:" + port + "x",
+        "127.0.0.1.evil.example:" + port, std::string("localhost:65536"), std::string("10.0.0.7")})
     EXPECT_TRUE(is(get(server.port(), "/", host), 403)) << host;
   for (const std::string& origin : {"http://127.0.0.1:" + port, "http://localhost:" + port, std::string()})
     EXPECT_TRUE(SocketPage(server.port(), {"", origin}).open) << origin;
-  for (const std::string& origin : {std::string("http://evil.example"), std::string("null"),
-                                    "https://127.0.0.1:" + port, "http://127.0.0.1:" + port + ".evil.example",
-                                    std::string("http://127.0.0.1:1"), "http://evil.example:" + port}) {
+  for (const std::string& origin :
+       {std::string("http://evil.example"), std::string("null"), "http://127.0.0.1:" + port + ".evil.example",
+        std::string("http://127.0.0.1:1"), "http://evil.example:" + port}) {
     const SocketPage page(server.port(), {"", origin});
     EXPECT_FALSE(page.open) << origin;
     EXPECT_NE(page.refusal.find("403"), std::string::npos);
+    EXPECT_NE(page.refusal.find("--origin"), std::string::npos);
   }
   EXPECT_FALSE(SocketPage(server.port(), {"evil.example:" + port, ""}).open);
+  // Through a port that is forwarded: the page's own address, and no other page of this machine.
+  EXPECT_TRUE(SocketPage(server.port(), {"localhost:9000", "http://localhost:9000"}).open);
+  EXPECT_FALSE(SocketPage(server.port(), {"localhost:9000", "http://localhost:3000"}).open);
+  EXPECT_FALSE(SocketPage(server.port(), {"localhost:9000", "http://evil.example:9000"}).open);
+}
+
+TEST(ViewServer, ProxiesThatAreNamedLeadToIt) {
+  ServerOptions options = Running::any_port();
+  options.origins = {"cut.example.org", "https://lab.example.org:8443"};
+  const Running server(options);
+  for (const char* host : {"cut.example.org", "Cut.Example.org:443", "lab.example.org:8443", "localhost:9000"})
+    EXPECT_TRUE(is(get(server.port(), "/", host), 200)) << host;
+  for (const char* host : {"example.org", "cut.example.org.evil.example", "evil.example"})
+    EXPECT_TRUE(is(get(server.port(), "/", host), 403)) << host;
+  const std::string own = "127.0.0.1:" + std::to_string(server.port());
+  for (const std::string& host : {own, std::string("cut.example.org")})  // a proxy that names itself, or us
+    for (const char* origin :
+         {"https://cut.example.org", "http://cut.example.org:8080", "https://lab.example.org:8443"})
+      EXPECT_TRUE(SocketPage(server.port(), {host, origin}).open) << host << " " << origin;
+  for (const char* origin : {"https://lab.example.org", "http://lab.example.org:8443", "https://example.org",
+                             "https://cut.example.org.evil.example"})
+    EXPECT_FALSE(SocketPage(server.port(), {own, origin}).open) << origin;
 }
 
 TEST(ViewServer, RequestsThatAreNoneGetAnAnswer) {

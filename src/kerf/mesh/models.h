@@ -47,6 +47,7 @@ struct ModelOptions {
   double bumps = 0;        ///< amplitude of smooth bumps of visual and collision mesh, metres (see add_bumps())
   double noise = 0;        ///< amplitude of noise on the visual mesh, metres (see add_noise())
   std::uint64_t seed = 1;  ///< of bumps and noise
+  friend bool operator==(const ModelOptions&, const ModelOptions&) = default;
 };
 
 struct ModelName {

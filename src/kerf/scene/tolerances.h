@@ -21,4 +21,7 @@ inline constexpr double kFewOpenEdges = 0.02;
 /// 2. At half a body of 456 edges is not told of a hole of 16; at double such a bag is on the edge.
 inline constexpr double kRoundBorder = 1;
 
+/// Bytes of bound models that a process keeps: the eleven models as they come take 14 MB. Half keeps them too. Double: nothing but memory.
+inline constexpr std::size_t kMostKeptModels = 64 << 20;
+
 }  // namespace kerf

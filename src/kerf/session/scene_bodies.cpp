@@ -8,6 +8,7 @@
 
 #include "kerf/base/shown_text.h"
 #include "kerf/binding/join_complexes.h"
+#include "kerf/scene/bound_models.h"
 #include "kerf/scene/rigid_motion.h"
 #include "kerf/scene/scene_body.h"
 #include "kerf/scene/scene_lattice.h"
@@ -88,7 +89,7 @@ Result<SceneBodies> load_scene_bodies(const Scene& scene, const Progress& progre
   for (std::size_t i = 0; i <= scene.more_bodies.size(); ++i) {
     const SceneBody& body = body_at(scene, i);
     names.push_back(body_name(scene, i));
-    auto loaded = load_scene_body(body, progress);
+    auto loaded = body.model.empty() || body.loaded ? load_scene_body(body, progress) : bound_model(body, progress);
     if (!loaded) return at_line(scene, body.line, loaded.error());
     for (std::string& note : loaded->notes) out.notes.push_back(std::move(note));
     CellComplex& complex = loaded->bound.complex;

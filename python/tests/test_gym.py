@@ -420,6 +420,55 @@ class Still(kerf.gym.Tasks):
         return np.zeros(self.num_envs), np.zeros(self.num_envs, bool)
 
 
+class Level(Still):
+    """With something for each copy, and something for all."""
+
+    def prepare(self):
+        self.level, self.gain = np.zeros(self.num_envs), 1.0
+
+    def expert(self):
+        return np.arange(self.num_envs, dtype=np.float32)[:, None]
+
+    def scaled(self, by, plus=0):
+        return self.level * by + plus
+
+    def name_of_it(self):
+        return "level"
+
+
+def test_attributes_and_methods_by_name():
+    """As gymnasium's SyncVectorEnv of single copies answers."""
+    env = Level(3, threads=1)
+    env.reset(seed=1)
+    assert env.get_attr("session") == tuple(env.sessions) and env.get_attr("gain") == (1.0,) * 3 and env.get_attr("level") == (0, 0, 0)
+    assert env.get_attr("action_space") == (env.single_action_space,) * 3 and env.get_attr("elapsed") == (0, 0, 0)
+    env.set_attr("level", [1, 2, 3])
+    assert env.get_attr("level") == (1, 2, 3) and env.call("scaled", 10, plus=1) == (11, 21, 31)
+    env.set_attr("level", 7)
+    assert env.get_attr("level") == (7, 7, 7) and isinstance(env.level, np.ndarray)
+    env.set_attr("gain", [2.0, 2.0, 2.0])
+    env.set_attr("curriculum", "hard")
+    env.set_attr("randomise", True)
+    assert env.gain == 2.0 and env.curriculum == "hard" and env.randomise is True
+    assert [row.tolist() for row in env.call("expert")] == [[0], [1], [2]] and env.call("name_of_it") == ("level",) * 3
+    with pytest.raises(ValueError, match="must be one, or 3, one for each copy, not 2"):
+        env.set_attr("level", [1, 2])
+    with pytest.raises(ValueError, match="gain of Level is one for all copies; give one value"):
+        env.set_attr("gain", [1.0, 2.0, 3.0])
+    for name in ("sessions", "batch", "num_envs", "step", "_states", "_locked", "elapsed", "pixels", "metadata"):
+        with pytest.raises(ValueError, match=f"{name} of Level can't be set from outside"):
+            env.set_attr(name, 1)
+    with pytest.raises(AttributeError):
+        env.get_attr("nosuch")
+    with pytest.raises(ValueError, match="private"):
+        env.call("_observed")
+    env.step(np.zeros((3, 1)))
+    env.close()
+    shipped = kerf.gym.make_vec("Kerf/PatternCut-v0", 2, threads=1)
+    shipped.reset(seed=1)
+    assert len(shipped.call("expert")) == 2 and shipped.get_attr("session") == tuple(shipped.sessions)
+
+
 @pytest.mark.parametrize("name", [*TASKS, "Own/Still-v0"])
 def test_specs_are_pickled_and_environments_are_not(name):
     if name not in gymnasium.registry:

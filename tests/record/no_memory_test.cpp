@@ -122,7 +122,7 @@ void replay_with_refusals(long step) {
   EXPECT_GT(refusals, 10);
 }
 
-TEST_F(RecordingNoMemory, PartsOfAReplayCanFail) { replay_with_refusals(499); }
+TEST_F(RecordingNoMemory, PartsOfAReplayCanFail) { replay_with_refusals(97); }
 TEST_F(RecordingNoMemory, EveryPartOfAReplayCanFail) { replay_with_refusals(29); }
 
 }  // namespace

@@ -8,12 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .. import Batch, Camera, Error, Session
 from .._arguments import flag, kind_of, number, pixels, points, unmasked, whole
+from ._by_name import NamedVectorEnv
 from ._marks import STEEL, paint
 from ._memory import Room
 
@@ -22,6 +23,7 @@ __all__ = ["Tasks"]
 WHOLE = ("action_size", "state_size", "steps", "horizon")  # what a task says of itself in whole numbers
 SETTINGS = (*WHOLE, "variety", "camera")  # what a task may set
 VARIED = ("young", "poisson", "density")  # what `variety` may name
+CHANGEABLE = ("randomise", "horizon_now", "variety", "spec", "render_mode")  # what may be set from outside of what Tasks itself has
 LED = ("blade", "cuts", "grasps", "tools")  # what control() may return
 
 
@@ -64,7 +66,7 @@ def _of_an_episode(expert: Callable[[Any], NDArray[np.float32]]) -> Callable[[An
     return of_an_episode
 
 
-class Tasks(VectorEnv):
+class Tasks(NamedVectorEnv):
     """n copies of one task as a gymnasium.vector.VectorEnv: one call steps them all, in threads.
 
     observations: "state" (a vector of float32 of the size of 1, cut off at -10 and 10) or "pixels" (RGB pictures, uint8, `size` high and wide).
@@ -139,6 +141,7 @@ class Tasks(VectorEnv):
         needed = {name: value for name, value in vars(self).items() if name not in own or own[name] is not value}
         self.prepare()
         self._refuse_names(own, needed)
+        self._locked = (frozenset(needed) | frozenset(dir(Tasks)) | {"_locked"}).difference(CHANGEABLE)
         for word, number_now in self._whole_numbers().items():
             if number_now != numbers[word]:
                 raise ValueError(f"{word} of {type(self).__name__} is {numbers[word]} and can't become {number_now} in prepare(); set it in the class")

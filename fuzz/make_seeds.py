@@ -93,7 +93,7 @@ def bodies():
     with tempfile.TemporaryDirectory() as folder:
         for name, model, arguments in (("open", "sheet", ["--visual-triangles", "1664"]),
                                        ("closed", "closed-sheet", ["--visual-triangles", "500", "--collision-triangles", "32"])):
-            subprocess.run([program, "make", model, *arguments, "--out", folder], check=True, stdout=subprocess.DEVNULL)
+            subprocess.run([program, "make", model, *arguments, "--out", folder, "--replace"], check=True, stdout=subprocess.DEVNULL)
             thick = ["--thickness", "0.1"] if name == "open" else []
             subprocess.run([program, "bind", f"{folder}/visual.obj", "--collision", f"{folder}/collision.obj", "--quiet", *thick,
                             "--out", f"{folder}/body.kerf"], check=True, stdout=subprocess.DEVNULL)

@@ -13,7 +13,7 @@
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/json_value.h"
 #include "kerf/record/recording_meshes.h"
-#include "kerf/scene/scene_body.h"
+#include "kerf/scene/body_nature.h"
 #include "kerf/scene/scene_limits.h"
 
 namespace kerf {

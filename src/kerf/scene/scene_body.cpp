@@ -14,7 +14,6 @@
 #include "kerf/midsurface/coarse_sheet.h"
 #include "kerf/midsurface/tolerances.h"
 #include "kerf/scene/automatic_body.h"
-#include "kerf/scene/scene_keys.h"
 #include "kerf/scene/sheet_folds.h"
 #include "kerf/scene/tolerances.h"
 #include "kerf/scene/ways_out.h"
@@ -279,18 +278,6 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
   add_notes(out.notes, name, out.bound.report.warnings);
   note_unused_thickness(body, out.bound.complex, name, out.notes);
   return out;
-}
-
-Status check_nature(const BodyNature& nature, const std::string& name) {
-  const std::pair<std::string_view, const std::optional<double>*> said[] = {
-      {"young", &nature.young}, {"poisson", &nature.poisson}, {"density", &nature.density}};
-  for (const SceneKey& key : scene_keys<SceneMaterial>().all)
-    for (const auto& [what, number] : said) {
-      if (key.name != what || !*number) continue;
-      if (const std::string fault = range_fault(what, key.range, **number); !fault.empty())
-        return bad_input(fmt::format("{}: {}", name, fault));
-    }
-  return {};
 }
 
 BodyNature nature_to_keep(const SceneBody& body, const SceneBodyLoaded& loaded, const BodyNature& said) {

@@ -11,6 +11,7 @@
 #include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/models.h"
 #include "kerf/midsurface/midsurface.h"
+#include "kerf/scene/body_nature.h"
 #include "kerf/scene/scene.h"
 
 namespace kerf {
@@ -35,9 +36,6 @@ struct SurfacesInMemory {
 /// was made, even when the body is refused.
 Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& progress = {},
                                         std::optional<Midsurface>* made = nullptr, SurfacesInMemory given = {});
-
-/// Bad input where a number lies outside of the range that the key of [material] has. `name` begins the message.
-Status check_nature(const BodyNature& nature, const std::string& name);
 
 /// What a file of this body should keep of what it is made of: what a person said, else what its model knows of itself.
 BodyNature nature_to_keep(const SceneBody& body, const SceneBodyLoaded& loaded, const BodyNature& said);

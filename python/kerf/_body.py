@@ -64,6 +64,8 @@ def bind(vertices: ArrayLike | Any, triangles: ArrayLike | None = None, *, uv: A
     else:
         visual = _meshes.surface(vertices if triangles is None else (vertices, triangles), "", uv)
     middle = None if collision is None else _meshes.surface(collision, "collision ")
+    if middle is not None and None not in (visual.unit, middle.unit) and visual.unit != middle.unit and "scale" not in options:
+        raise ValueError(f"the mesh is in units of {visual.unit:g} m, its collision mesh in units of {middle.unit:g} m; convert one, or give scale")
     if "scale" not in options and visual is not None and visual.unit is not None:
         options["scale"] = visual.unit
     diagnosis: dict[str, Any] = {}

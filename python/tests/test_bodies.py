@@ -456,6 +456,13 @@ def test_units_that_a_mesh_knows(unit, metres):
     same(kerf.bind(mesh, scale=0.5 * metres), kerf.bind(PLATE[0] / metres, PLATE[1], scale=0.5 * metres))
 
 
+def test_two_units_are_refused():
+    visual = types.SimpleNamespace(vertices=PLATE[0], faces=PLATE[1], units="m")
+    with pytest.raises(ValueError, match=r"in units of 1 m, its collision mesh in units of 0\.001 m"):
+        kerf.bind(visual, collision=types.SimpleNamespace(vertices=MIDDLE[0], faces=MIDDLE[1], units="mm"))
+    same(kerf.bind(visual, collision=types.SimpleNamespace(vertices=MIDDLE[0], faces=MIDDLE[1], units="metres")), kerf.bind(*PLATE, collision=MIDDLE))
+
+
 def test_units_of_trimesh_itself(body):
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.Trimesh(1000 * PLATE[0], PLATE[1], process=False)

@@ -56,8 +56,8 @@ class KeptModels {
       bytes_ -= kept_.back().bytes;
       kept_.pop_back();
     }
-    bytes_ += bytes;
     kept_.push_front({key, std::move(copy), bytes});
+    bytes_ += bytes;  // after what can fail
   }
   std::size_t bytes() {
     const std::scoped_lock lock(mutex_);

@@ -13,13 +13,17 @@ namespace kerf {
 #ifdef KERF_ONE_THREAD
 
 struct Mutex {};
+struct TryToLock {};
+inline constexpr TryToLock kTryToLock;
 
 class Lock {
  public:
   explicit Lock(Mutex& /*mutex*/) {}
+  Lock(Mutex& /*mutex*/, TryToLock /*try_to_lock*/) {}
   Lock(const Lock&) = delete;
   Lock& operator=(const Lock&) = delete;
   ~Lock() = default;
+  explicit operator bool() const { return true; }
 };
 
 struct Condition {
@@ -42,6 +46,8 @@ class Thread {
 
 using Mutex = std::mutex;
 using Lock = std::unique_lock<std::mutex>;
+using TryToLock = std::try_to_lock_t;
+inline constexpr TryToLock kTryToLock;
 using Condition = std::condition_variable;
 using Thread = std::thread;
 

@@ -2,11 +2,11 @@
 
 #include <list>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "kerf/base/threads.h"
 #include "kerf/scene/tolerances.h"
 
 namespace kerf {
@@ -35,7 +35,7 @@ class KeptModels {
  public:
   std::shared_ptr<const SceneBodyLoaded> find(const ModelKey& key) {
     // A fork may have left the lock to a thread that is not there. Then nothing is found and nothing is kept.
-    const std::unique_lock lock(mutex_, std::try_to_lock);
+    const Lock lock(mutex_, kTryToLock);
     if (!lock) return nullptr;
     for (auto one = kept_.begin(); one != kept_.end(); ++one)
       if (one->key == key) {
@@ -48,7 +48,7 @@ class KeptModels {
     const std::size_t bytes = bytes_of(loaded);
     if (bytes > kMostKeptModels) return;
     auto copy = std::make_shared<const SceneBodyLoaded>(loaded);
-    const std::unique_lock lock(mutex_, std::try_to_lock);
+    const Lock lock(mutex_, kTryToLock);
     if (!lock) return;
     for (const Kept& one : kept_)
       if (one.key == key) return;  // of another thread
@@ -60,7 +60,7 @@ class KeptModels {
     bytes_ += bytes;  // after what can fail
   }
   std::size_t bytes() {
-    const std::scoped_lock lock(mutex_);
+    const Lock lock(mutex_);
     return bytes_;
   }
 
@@ -70,7 +70,7 @@ class KeptModels {
     std::shared_ptr<const SceneBodyLoaded> loaded;
     std::size_t bytes = 0;
   };
-  std::mutex mutex_;
+  Mutex mutex_;
   std::list<Kept> kept_;  // by use, the latest first
   std::size_t bytes_ = 0;
 };

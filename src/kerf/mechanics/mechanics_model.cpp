@@ -478,6 +478,104 @@ Status MechanicsModel::validate() const {
   return {};
 }
 
+std::vector<double> MechanicsModel::given_matrices() const {
+  std::vector<double> out;
+  for (std::size_t slot = 0; slot < own_element_.size(); ++slot) {
+    if (own_element_[slot] < 0 || own_material_[slot].material >= 0) continue;
+    const double* in = own_block(static_cast<std::int32_t>(slot / kLanes)) + slot % kLanes;
+    for (std::size_t i = 0; i < kPacked; ++i) out.push_back(in[kLanes * i]);
+  }
+  return out;
+}
+
+Status MechanicsModel::adopt_parts(std::span<const double> given_matrices) {
+  const auto unfit = [](const char* what) {
+    return bad_input(fmt::format("the parts of a mechanical model do not fit together: {}", what));
+  };
+  const auto is_below = [](std::int32_t i, std::size_t n) { return i >= 0 && static_cast<std::size_t>(i) < n; };
+  const std::size_t nodes = node_count(), elements = elements_.size(), slots = own_element_.size();
+  if (node_uses_.size() != nodes || grid_.size() != nodes || fixed_.size() != nodes || prescribed_.size() != nodes ||
+      loads_.size() != nodes)
+    return unfit("nodes");
+  if (alive_.size() != elements || element_masses_.size() != elements || own_slot_.size() != elements)
+    return unfit("elements");
+  if (cells_.empty() || own_empty_.size() != cells_.size() || material_cell_.size() != materials_.size())
+    return unfit("cells");
+  for (const ElementCell& cell : cells_) KERF_TRY(check_cell(cell));
+  for (const Material& material : materials_) KERF_TRY(kerf::validate(material));
+  for (const std::int32_t cell : material_cell_)
+    if (!is_below(cell, cells_.size())) return unfit("materials");
+  std::vector<std::int32_t> uses(nodes, 0);
+  for (std::size_t e = 0; e < elements; ++e) {
+    if (own_slot_[e] >= 0 && (!is_below(own_slot_[e], slots) ||
+                              own_element_[static_cast<std::size_t>(own_slot_[e])] != static_cast<std::int32_t>(e)))
+      return unfit("cells of their own");
+    if (!alive_[e]) continue;
+    if (!is_below(elements_[e].material, materials_.size())) return unfit("materials of elements");
+    for (const NodeId n : elements_[e].nodes)
+      if (!is_below(n.value, nodes)) return unfit("nodes of elements");
+      else ++uses[n.index()];
+  }
+  if (uses != node_uses_) return unfit("uses of nodes");
+  if (slots % kLanes != 0 || own_cell_.size() != slots / kLanes || own_material_.size() != slots)
+    return unfit("cells of their own");
+  std::size_t given = 0, empty = 0;
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    const std::int32_t e = own_element_[slot];
+    if (!is_below(own_cell_[slot / kLanes], cells_.size()) ||
+        (e >= 0 &&
+         (!is_below(e, elements) || own_slot_[static_cast<std::size_t>(e)] != static_cast<std::int32_t>(slot))))
+      return unfit("cells of their own");
+    const OwnMaterial& own = own_material_[slot];
+    if (own.material >= 0 &&
+        (!is_below(own.material, materials_.size()) || cell_of(own.material) != own_cell_[slot / kLanes]))
+      return unfit("materials of cells of their own");
+    if (e < 0) ++empty;
+    else if (own.material < 0) ++given;
+  }
+  std::vector<std::uint8_t> listed(slots, 0);
+  for (std::size_t cell = 0; cell < own_empty_.size(); ++cell)
+    for (const std::int32_t slot : own_empty_[cell]) {
+      if (!is_below(slot, slots) || own_element_[static_cast<std::size_t>(slot)] >= 0 ||
+          own_cell_[static_cast<std::size_t>(slot) / kLanes] != static_cast<std::int32_t>(cell) ||
+          listed[static_cast<std::size_t>(slot)]++ != 0)
+        return unfit("cells of their own that are empty");
+      --empty;
+    }
+  if (empty != 0 || given_matrices.size() != given * kPacked) return unfit("cells of their own that are empty");
+  if (spring_caps_.size() != springs_.size() || free_springs_ > springs_.size()) return unfit("springs");
+  for (const RowSpring& spring : springs_)
+    for (const NodeId n : spring.nodes)
+      if (n.valid() && n.index() >= nodes) return unfit("nodes of springs");
+  for (const BondLaw& law : bond_laws_) KERF_TRY(kerf::validate(law));
+  for (const BondPoint& point : bond_points_)
+    if (!is_below(point.law, bond_laws_.size()) ||
+        std::any_of(point.element.begin(), point.element.end(),
+                    [&](HexId e) { return e.valid() && e.index() >= elements; }))
+      return unfit("bonds");
+
+  full_matrix_.clear();
+  for (std::size_t i = 0; i < materials_.size(); ++i)
+    full_matrix_.push_back(element_matrix(formulation_, materials_[i], cell(static_cast<std::int32_t>(i)).size));
+  own_matrices_.assign(slots / kLanes * kOwnBlock, 0.0);
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    if (own_material_[slot].material >= 0) {
+      if (own_element_[slot] < 0)
+        own_material_[slot] = {};  // nobody has it: it would cost more to work out than to forget
+      else if (!own_material_[slot].pending)
+        store_matrix(static_cast<std::int32_t>(slot), pending_matrix(static_cast<std::int32_t>(slot)));
+    } else if (own_element_[slot] >= 0) {
+      double* out = own_matrices_.data() + kOwnBlock * (slot / kLanes) + slot % kLanes;
+      for (std::size_t i = 0; i < kPacked; ++i) out[kLanes * i] = given_matrices[i];
+      given_matrices = given_matrices.subspan(kPacked);
+    }
+  }
+  bond_holds_.clear();
+  structure_ = {};
+  stale_ = coarse_stale_ = node_matrix_stale_ = crossings_stale_ = true;
+  return {};
+}
+
 // Cuts and undos leave cells of their own scattered over the pool, one or two to a batch: moves the last of them to empty slots before them where that
 // makes fewer batches.
 void MechanicsModel::gather_own() {

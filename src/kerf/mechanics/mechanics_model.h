@@ -242,6 +242,23 @@ class MechanicsModel {
   [[nodiscard]] std::span<const Vec3> prescribed_velocities() const { return prescribed_; }
   [[nodiscard]] std::span<const GridPoint> grid() const { return grid_; }
 
+  // --- For whoever writes a model down
+  // -----------------------------------------------------------------------------------------
+  /// Calls f with everything that a model is, in a fixed order, but given_matrices() and what follows from the rest.
+  template <class F>
+  void for_each_part(F&& f) {
+    f(cells_), f(formulation_), f(materials_), f(material_cell_);
+    f(rest_positions_), f(node_uses_), f(grid_), f(fixed_), f(prescribed_), f(loads_);
+    f(elements_), f(alive_), f(element_masses_);
+    f(own_slot_), f(own_element_), f(own_cell_), f(own_empty_), f(own_material_);
+    f(springs_), f(spring_caps_), f(free_springs_);
+    f(bond_laws_), f(bond_points_);
+  }
+  /// N/m: the matrices of partly filled cells that do not follow from their material as it is now, kPacked numbers each.
+  [[nodiscard]] std::vector<double> given_matrices() const;
+  /// After all parts have been written to: the model is as the other one was, to the bit. Bad input: parts that don't fit together; the model is then of no use.
+  Status adopt_parts(std::span<const double> given_matrices);
+
  private:
   Status check_element(HexId id, const MechanicsElement& element) const;
   void store_element(HexId id, MechanicsElement element, std::array<double, 8> masses);

@@ -1,6 +1,7 @@
 // Where obstacles and the poses of tools are at a time, and how fast.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "kerf/base/rigid_place.h"
@@ -41,7 +42,7 @@ struct ToolMotion {
       press;  ///< m: how far the edge that cuts has pressed into what has not given way; behind that, where it has gone back
   bool pressed = false;                    ///< with what it did in the last step
   double edge_force = 0, edge_length = 0;  ///< N, m: what the edge met in the last step, pressing
-  bool jaw_pushes[2] = {false, false};     ///< which jaws met something
+  std::array<bool, 2> jaw_pushes{};        ///< which jaws met something
   Vec3 force, torque;                      ///< N, N m: of what it holds, on the tool, in this step
   Vec3 resistance,
       resistance_torque;  ///< N, N m: of what it cuts, as far as the last step tells; what it really is, this step finds

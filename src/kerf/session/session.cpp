@@ -137,6 +137,7 @@ Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
         "dust is {} in [cut]; it is a share of the uncut body's volume and goes from 0, which leaves every piece, to {}",
         scene.cut.dust, kMostDust));
   for (const LatticeBody& b : state.body.hex.bodies) uncut_volume.push_back(b.volume);
+  uncut_roots = state.body.complex.collision.face_count();
   if (scene.lesion) {
     tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);
     pieces_at_start = collision_pieces(state.body.complex).count;
@@ -192,13 +193,16 @@ Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
   KERF_TRY(renew_springs());
   renew_loads();
   note_idle_parts();
-  // Page faults of memory touched for the first time cost more than a cut does.
+  make_room();
+  mark_synced();
+  return {};
+}
+
+void Session::Impl::make_room() {
   state.body.for_each_array([](auto& a) {
     const std::size_t extra = std::clamp(a.size(), kLeastReserve, kMostReserve);
     a.reserve_touched(extra, extra);
   });
-  mark_synced();
-  return {};
 }
 
 Result<SessionStep> Session::step() {
@@ -263,17 +267,20 @@ void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
   KERF_ASSERT(snapshot != nullptr);
   const std::uint64_t version = impl_->state.topology_version;
   impl_->state = snapshot->state;
-  impl_->step_options.gravity = impl_->state.gravity;
-  impl_->skin_stale = true;
-  impl_->springs_stale = true;
-  impl_->all_bonds_follow();
-  impl_->forget_places();
-  impl_->forget_held();
-  impl_->piece_labels.forget();
-  impl_->contact.surface_stale = true;
-  impl_->watched.everything = impl_->watching;
   impl_->state.topology_version = version + 1;  // whoever watches must look again
-  impl_->positions_changed();
+  impl_->state_is_another();
+}
+void Session::Impl::state_is_another() {
+  step_options.gravity = state.gravity;
+  skin_stale = true;
+  springs_stale = true;
+  all_bonds_follow();
+  forget_places();
+  forget_held();
+  piece_labels.forget();
+  contact.surface_stale = true;
+  watched.everything = watching;
+  positions_changed();
 }
 
 const Scene& Session::scene() const { return impl_->scene; }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "kerf/base/progress.h"
@@ -223,6 +224,12 @@ class Session {
   /// look, others don't.
   [[nodiscard]] std::shared_ptr<const SessionSnapshot> snapshot() const;
   void restore(const std::shared_ptr<const SessionSnapshot>& snapshot);
+
+  /// The state as bytes, for take_state() of a session of the same scene, in any process with the same instruction set. Undo steps are not in it, nor times
+  /// that a clock measured: same scene and commands, same bytes. Bad input: a stroke is open.
+  [[nodiscard]] Result<std::string> state_bytes() const;
+  /// Goes on from there, to the bit; there is nothing to undo. Bad input, and nothing has changed: damaged bytes, or those of another scene or another body.
+  Status take_state(std::string_view bytes);
 
   // References and spans hold until the next call that is not const.
   // --- State -----------------------------------------------------------------------------------------------------

@@ -153,6 +153,7 @@ struct Session::Impl {
   int uncut_notes = 0, leaning_notes = 0;
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
+  std::size_t uncut_roots = 0;           ///< root triangles
   std::vector<double> uncut_volume;      ///< m^3, of each body
   std::vector<double> uncut_filled;      ///< m^3 of each material, as the hexahedra have it
   std::optional<ComplexRenaming> swept;  ///< ids that the dust of the last stroke to end has changed
@@ -285,6 +286,10 @@ struct Session::Impl {
   Status rebuild_model(const std::vector<std::uint8_t>& fixed, const std::vector<Vec3>& prescribed);
   /// Nothing that was kept between changes of topology holds any more: ids are others.
   void forget_ids();
+  /// After the whole state has been put in place of what it was: nothing that was kept of that holds any more.
+  void state_is_another();
+  /// Room in the body's arrays: page faults of memory touched for the first time cost more than a cut does.
+  void make_room();
 
   // session_shave.cpp
   Result<ShaveReport> shave(const Shaver& shaver, SceneFrame frame, double smoothing, double depth);

@@ -1,0 +1,175 @@
+// The state of a session as bytes, and back.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "kerf/base/bytes.h"
+#include "kerf/session/session_impl.h"
+
+namespace kerf {
+namespace {
+
+constexpr const char* kDamaged = "this is not the state of a session, or it is damaged; save it anew";
+
+/// All of a state that goes on. Undo steps don't, nor what follows from the rest.
+template <class Archive, class State>
+void visit_state(Archive& a, State& s) {
+  a(s.body.complex.closed), a(s.body.complex.mean_root_edge), a(s.body.hex.bodies);
+  s.body.for_each_array([&a](auto& array) { a(array); });
+  s.model.for_each_part([&a](auto& part) { a(part); });
+  a(s.mechanics), a(s.fade);
+  a(s.materials.regions), a(s.materials.held.changes), a(s.materials.held.cross), a(s.materials.held.cells);
+  a(s.measures), a(s.gravity), a(s.largest_tool_force), a(s.time), a(s.steps), a(s.next_command);
+  a(s.grasps), a(s.lost_grasps), a(s.tools), a(s.seen), a(s.touching), a(s.strokes), a(s.topology_version);
+}
+
+/// How many there are of each kind that has arrays of its own. Pools are of several lengths.
+struct Counts {
+  std::unordered_map<const char*, std::size_t> of_kind;
+  bool agree = true;
+  template <class I, class T>
+  void operator()(const Journaled<I, T>& array) {
+    if constexpr (!std::is_same_v<I, PoolIndex> && !std::is_same_v<I, LatticePoolIndex>) {
+      const auto [known, added] = of_kind.try_emplace(&bytes::IdTag<I>::kind, array.size());
+      agree = agree && (added || known->second == array.size());
+    }
+  }
+  template <class I>
+  [[nodiscard]] std::size_t of() const {
+    const auto found = of_kind.find(&bytes::IdTag<I>::kind);
+    return found == of_kind.end() ? 0 : found->second;
+  }
+};
+
+template <class I>
+bool ids_exist(const ByteReader& reader, const Counts& counts) {
+  const std::int32_t greatest = reader.greatest_id<I>();
+  return greatest < 0 || static_cast<std::size_t>(greatest) < counts.of<I>();
+}
+template <class... I>
+bool all_ids_exist(const ByteReader& reader, const Counts& counts) {
+  return (ids_exist<I>(reader, counts) && ...);
+}
+
+/// Runs of a pool lie in it.
+template <class Run>
+bool lies_in(const Run& run, std::size_t pool) {
+  return run.count <= 0 || (run.first >= 0 && std::int64_t{run.first} + run.count <= static_cast<std::int64_t>(pool));
+}
+template <class I, class Run>
+bool lie_in(const Journaled<I, Run>& runs, std::size_t pool) {
+  return std::all_of(runs.raw().begin(), runs.raw().end(), [pool](const Run& run) { return lies_in(run, pool); });
+}
+template <class I, class Run>
+bool lie_in(const Journaled<I, std::array<Run, 2>>& runs, std::size_t pool) {
+  return std::all_of(runs.raw().begin(), runs.raw().end(),
+                     [pool](const std::array<Run, 2>& two) { return lies_in(two[0], pool) && lies_in(two[1], pool); });
+}
+
+/// Do all numbers of the body mean something that is there?
+bool is_whole(const Body& body, const ByteReader& reader, const Counts& counts, std::size_t roots) {
+  const CollisionMesh& c = body.complex.collision;
+  const VisualMesh& v = body.complex.visual;
+  const HexMesh& h = body.hex;
+  if (counts.of<CollisionHalfEdge>() != 3 * counts.of<CollisionTriangle>() ||
+      counts.of<VisualHalfEdge>() != 3 * counts.of<VisualTriangle>() || h.bodies.empty())
+    return false;
+  for (const LatticeBody& b : h.bodies)
+    for (const std::int32_t n : b.frame.count)
+      if (n < 1 || n > (1 << 20)) return false;
+  if (counts.of<CellId>() != h.cell_count() || counts.of<LatticeFaceId>() != 3 * h.cell_count()) return false;
+  if (!all_ids_exist<CollisionVertex, CollisionHalfEdge, CollisionTriangle, VisualVertex, VisualHalfEdge,
+                     VisualTriangle, WallId, HexId, NodeId, CellId, TipId, RenderVertex>(reader, counts))
+    return false;
+  for (const RootId root : c.root.raw())
+    if (!root.valid() || root.index() >= roots) return false;
+  for (const Patch patch : v.patch.raw())
+    if (patch.is_wall() ? patch.wall().index() >= counts.of<WallId>()
+                        : patch.value < 0 || patch.root().index() >= roots)
+      return false;
+  for (const LatticeIndex& cell : h.cell.raw())
+    if (!h.contains(cell)) return false;
+  for (const HexState state : h.state.raw())
+    if (state != HexState::kDead && state != HexState::kAbsorbed && state != HexState::kAlive) return false;
+  for (const HexMaterial& material : h.material.raw())
+    if (material.body < 0 || static_cast<std::size_t>(material.body) >= h.bodies.size()) return false;
+  return lie_in(c.chain, body.complex.chain_pool.size()) && lie_in(c.line, body.complex.chain_pool.size()) &&
+         lie_in(c.free, body.complex.free_pool.size()) &&
+         lie_in(body.complex.wall_inner, body.complex.wall_pool.size()) && lie_in(h.members, h.member_pool.size()) &&
+         lie_in(h.links, h.link_pool.size()) && lie_in(h.pieces, h.piece_pool.size()) &&
+         h.piece_moments.size() == h.piece_pool.size();
+}
+
+}  // namespace
+
+Result<std::string> Session::state_bytes() const {
+  const Impl& s = *impl_;
+  if (s.state.stroke)
+    return bad_input("a stroke is open; end it (or cancel it), and save then: half a cut can't be taken up again");
+  std::string out;
+  ByteWriter writer(out);
+  writer(s.uncut_volume), writer(s.uncut_filled);
+  SessionState& state = const_cast<SessionState&>(s.state);  // a writer only reads; arrays are listed for both
+  const std::vector<StrokeRecord> strokes = state.strokes;
+  for (StrokeRecord& record : state.strokes)
+    record.times = {}, record.removed.seconds = 0;  // no clock: same life, same bytes
+  visit_state(writer, state);
+  state.strokes = strokes;
+  writer(state.model.given_matrices());
+  writer(s.notes), writer(s.uncut_notes), writer(s.leaning_notes), writer(s.dust_notes), writer(s.slowing_noted);
+  return out;
+}
+
+Status Session::take_state(std::string_view bytes) {
+  Impl& s = *impl_;
+  ByteReader reader(bytes);
+  std::vector<double> uncut_volume, uncut_filled, given;
+  reader(uncut_volume), reader(uncut_filled);
+  if (!reader.ok()) return bad_input(kDamaged);
+  if (uncut_volume != s.uncut_volume || uncut_filled != s.uncut_filled)
+    return bad_input(
+        "this state is of another body: what the scene makes or reads is not what it was when the state was saved; bring the mesh files as they were");
+  SessionState state;
+  visit_state(reader, state);
+  reader(given);
+  std::vector<std::string> notes;
+  int uncut_notes = 0, leaning_notes = 0, dust_notes = 0;
+  bool slowing_noted = false;
+  reader(notes), reader(uncut_notes), reader(leaning_notes), reader(dust_notes), reader(slowing_noted);
+  Counts counts;
+  state.body.for_each_array(counts);
+  const MechanicsState& m = state.mechanics;
+  if (!reader.ok() || reader.left() > 0 || !counts.agree || !is_whole(state.body, reader, counts, s.uncut_roots))
+    return bad_input(kDamaged);
+  if (!state.model.adopt_parts(given)) return bad_input(kDamaged);
+  const std::size_t nodes = state.body.hex.node_count(), springs = state.model.spring_count();
+  const bool fits =
+      state.model.node_count() == nodes && m.positions.size() == nodes && m.velocities.size() == nodes &&
+      m.rotations.size() == state.body.hex.hex_count() && state.model.element_count() <= state.body.hex.hex_count() &&
+      state.tools.size() == s.scene.tools.size() && m.tools.size() == s.scene.tools.size() &&
+      m.bond_damage.size() == s.bonds.places.size() && state.model.bond_points().size() == s.bonds.places.size() &&
+      state.model.materials().size() == s.state.model.materials().size() &&
+      state.next_command <= s.scene.commands.size() && state.steps >= 0 &&
+      state.fade.nodes.offset.size() == state.fade.nodes.velocity.size() && state.fade.nodes.offset.size() <= nodes &&
+      std::all_of(state.grasps.begin(), state.grasps.end(), [springs](const Grasp& g) {
+        return g.offset.size() == g.points.size() &&
+               std::all_of(g.springs.begin(), g.springs.end(),
+                           [springs](SpringId id) { return id.valid() && id.index() < springs; });
+      });
+  if (!fits) return bad_input(kDamaged);
+
+  if (!state.materials.held.changes.empty()) state.materials.held.trace(state.body.hex);
+  state.topology_version =
+      std::max(state.topology_version, s.state.topology_version) + 1;  // whoever watches must look again
+  s.state = std::move(state);
+  s.notes = std::move(notes);
+  s.uncut_notes = uncut_notes, s.leaning_notes = leaning_notes, s.dust_notes = dust_notes;
+  s.slowing_noted = slowing_noted;
+  s.state_is_another();
+  s.make_room();
+  s.mark_synced();
+  return {};
+}
+
+}  // namespace kerf

@@ -16,6 +16,7 @@
 #include "kerf/record/recording.h"
 #include "kerf/record/run_outputs.h"
 #include "kerf/record/run_report.h"
+#include "kerf/record/saved_session.h"
 #include "kerf/scene/body_scene.h"
 #include "kerf/scene/scene_file.h"
 #include "mesh_folders.h"
@@ -30,6 +31,10 @@
 namespace kerf::app {
 namespace {
 
+std::int64_t steps_of(const Scene& scene) {
+  return static_cast<std::int64_t>(std::llround(scene.simulation.duration / scene.simulation.time_step));
+}
+
 /// A run in progress: the session, what it has collected, and where it goes.
 class Run {
  public:
@@ -37,22 +42,22 @@ class Run {
       : scene_(scene), session_(std::move(session)), options_(options), animation_(scene) {
     log_.counts_before = session_.counts();
     notes_said_ = session_.notes().size();
+    strokes_before_ = session_.strokes().size();
   }
   RunLog& log() { return log_; }
 
   Status simulate() {
     ProgressBar bar(options_.quiet);
     const Progress progress = bar.callback();
-    const auto steps =
-        static_cast<std::int64_t>(std::llround(scene_.simulation.duration / scene_.simulation.time_step));
+    const std::int64_t began = session_.step_count(), steps = steps_of(scene_);
     const bool frames = scene_.output.animation || scene_.output.positions;
     const double interval = 1 / scene_.output.frames_per_second;
-    std::int64_t next_frame = 1;
-    std::size_t finished = 0;
+    std::int64_t next_frame = static_cast<std::int64_t>(std::floor(session_.time() / interval)) + 1;
+    std::size_t finished = strokes_before_;
     check("start");
     if (!options_.record.empty()) hashes_.push_back({0, session_.hash()});
     if (frames) KERF_TRY(add_frame());
-    for (std::int64_t i = 0; i < steps; ++i) {
+    for (std::int64_t i = began; i < steps; ++i) {
       auto step = session_.step();
       if (!step) return step.error();
       if (!options_.record.empty() && session_.step_count() % kHashEvery == 0)
@@ -67,7 +72,7 @@ class Run {
       if (scene_.output.picture && !pictured_ && scene_.output.picture_at &&
           session_.time() >= *scene_.output.picture_at)
         KERF_TRY(picture());
-      KERF_TRY(progress("simulating", static_cast<double>(i + 1) / static_cast<double>(steps)));
+      KERF_TRY(progress("simulating", static_cast<double>(i + 1 - began) / static_cast<double>(steps - began)));
     }
     check("end");
     return {};
@@ -87,19 +92,21 @@ class Run {
   /// What kerf replay repeats: the scene as it stands, and the hashes.
   Status write_recording(const std::filesystem::path& scene_file) {
     if (options_.record.empty()) return {};
-    auto text = scene_text_in(scene_file);
-    if (!text) return text.error();
-    Recording recording;
-    recording.source.text = std::move(*text);
-    recording.source.name = scene_file.stem().string();
-    recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
-    KERF_TRY(take_meshes(scene_, recording.source));
-    recording.overrides.dust = scene_.cut.dust;
-    recording.instructions = instruction_set();
-    recording.last_step = session_.step_count();
-    recording.hashes = hashes_;
-    recording.end_hash = session_.hash();
-    return replace_file(options_.record.string(), recording_text(recording));
+    auto recording = begin(scene_file);
+    if (!recording) return recording.error();
+    recording->last_step = session_.step_count();
+    recording->hashes = hashes_;
+    recording->end_hash = session_.hash();
+    return replace_file(options_.record.string(), recording_text(*recording));
+  }
+  /// What --from goes on from. `saved`: what the run itself has gone on from, if it has.
+  Status save(const std::filesystem::path& scene_file, const SavedSession* saved) {
+    if (options_.save.empty()) return {};
+    auto scene = saved != nullptr ? Result<Recording>(saved->scene) : begin(scene_file);
+    if (!scene) return scene.error();
+    auto bytes = saved_session_bytes(session_, *scene);
+    if (!bytes) return failed(fmt::format("{}: not saved: {}", shown(options_.save.string()), bytes.error().message));
+    return replace_file(options_.save.string(), *bytes);
   }
 
   void summary() const {
@@ -112,7 +119,7 @@ class Run {
     const Quantiles q = quantiles(milliseconds);
     say("{}: {} steps of {} ms, median {:.3f} ms, 99th percentile {:.3f} ms\n", scene_.name, log_.steps.size(),
         1e3 * scene_.simulation.time_step, q.median, q.p99);
-    for (std::size_t i = 0; i < session_.strokes().size(); ++i) {
+    for (std::size_t i = strokes_before_; i < session_.strokes().size(); ++i) {
       const StrokeRecord& s = session_.strokes()[i];
       say("  cut {}: {} in {:.2f} ms{}\n", i + 1, counted(s.triangles, "collision triangle"), 1e3 * s.times.total,
           s.refused > 0 ? fmt::format(", {} refused", counted(s.refused, "step")) : "");
@@ -136,6 +143,19 @@ class Run {
   }
 
  private:
+  /// A recording in which nothing is done yet.
+  Result<Recording> begin(const std::filesystem::path& scene_file) {
+    auto text = scene_text_in(scene_file);
+    if (!text) return text.error();
+    Recording recording;
+    recording.source.text = std::move(*text);
+    recording.source.name = scene_file.stem().string();
+    recording.source.folder = std::filesystem::absolute(scene_file).parent_path();
+    KERF_TRY(take_meshes(scene_, recording.source));
+    recording.overrides.dust = scene_.cut.dust;
+    recording.instructions = instruction_set();
+    return recording;
+  }
   void check(const std::string& what) {
     const Status valid = session_.validate();
     log_.checks.push_back({session_.time(), what, valid ? "" : valid.error().message});
@@ -193,7 +213,8 @@ class Run {
   Session session_;
   const RunOptions& options_;
   RunLog log_;
-  std::size_t notes_said_ = 0;  ///< before the run
+  std::size_t notes_said_ = 0;      ///< before the run
+  std::size_t strokes_before_ = 0;  ///< of the state that it goes on from
   Animation animation_;
   std::optional<VtuSeries> series_;
   bool pictured_ = false;
@@ -211,9 +232,16 @@ Result<Scene> scene_in(const std::filesystem::path& path, const RunOptions& opti
 }  // namespace
 
 int run_scene(const RunOptions& options) {
-  const Result<std::filesystem::path> path = find_scene(options.scene);
+  std::optional<SavedSession> saved;
+  if (!options.from.empty()) {
+    auto read = read_saved_session(options.from.string());
+    if (!read) return report(read.error());
+    saved.emplace(std::move(*read));
+  }
+  const Result<std::filesystem::path> path = saved ? options.from : find_scene(options.scene);
   if (!path.ok()) return report(path.error());
-  Result<Scene> scene = scene_in(*path, options);
+  Result<Scene> scene =
+      saved ? scene_of(saved->scene, mesh_folders(options.meshes), path->string()) : scene_in(*path, options);
   if (!scene.ok()) return report(scene.error());
   if (options.duration) scene->simulation.duration = *options.duration;
   if (options.threads) scene->simulation.threads = *options.threads;
@@ -223,12 +251,17 @@ int run_scene(const RunOptions& options) {
     return report(bad_input(fmt::format(
         "{}: {} s in time steps of {} s are more than {} steps; choose a larger time_step or a shorter duration",
         shown(path->string()), scene->simulation.duration, scene->simulation.time_step, kMostSteps)));
-  const std::vector<CommandFile> inputs = files_of(*path, *scene);
+  const std::vector<CommandFile> inputs =
+      saved ? std::vector<CommandFile>{{"the saved state", *path}} : files_of(*path, *scene);
   std::vector<CommandFile> outputs = results_in(options.out, result_files(scene->output));
   if (!options.record.empty()) outputs.push_back({"the recording", options.record});
+  if (!options.save.empty()) outputs.push_back({"the saved state", options.save});
   if (const Status apart = check_outputs(inputs, outputs); !apart) return report(apart.error());
   if (!options.record.empty())
-    if (const Status known = check_ending(outputs.back(), {".kerfrec", ""}); !known) return report(known.error());
+    if (const Status known = check_ending({"the recording", options.record}, {".kerfrec", ""}); !known)
+      return report(known.error());
+  if (!options.save.empty())
+    if (const Status known = check_ending(outputs.back(), {".kerfstate", ""}); !known) return report(known.error());
   const Result<FolderLock> folder = take_result_folder(options.out);
   if (!folder) return report(folder.error());
   if (const Status possible = check_places(outputs); !possible) return report(possible.error());
@@ -240,9 +273,13 @@ int run_scene(const RunOptions& options) {
     const auto start = Clock::now();
     Result<Session> session = [&] {
       ProgressBar bar(options.quiet);
-      return Session::create(*scene, bar.callback());
+      return saved ? go_on(*saved, bar.callback(), mesh_folders(options.meshes), path->string())
+                   : Session::create(*scene, bar.callback());
     }();
     if (!session.ok()) return session.error();
+    if (saved && session->step_count() >= steps_of(*scene))
+      return bad_input(fmt::format("{}: saved at {} s, and the run ends at {} s; give a later --duration",
+                                   shown(path->string()), session->time(), scene->simulation.duration));
     say_notes(session->notes());
     run.emplace(*scene, std::move(session).value(), options);
     run->log().prepare_seconds = seconds_since(start);
@@ -254,6 +291,7 @@ int run_scene(const RunOptions& options) {
     Status written = run->write();
     const Status recorded = run->write_recording(*path);  // it may lie on another disk
     if (written) written = recorded;
+    if (done) done = run->save(*path, saved ? &*saved : nullptr);
     run->summary();
     if (done) done = written;
     return done ? run->invariants() : done;

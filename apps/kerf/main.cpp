@@ -81,14 +81,18 @@ void add_memory(CLI::App* command, std::optional<MemoryLimit>& limit) {
 
 void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& memory, std::function<int()>& chosen) {
   CLI::App* command = app.add_subcommand("run", "Simulate a scene and write what came of it");
-  command->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind")
-      ->required();
+  CLI::App* begin = command->add_option_group("what to run", "");
+  begin->add_option("SCENE", options.scene, "A scene file, the name of a shipped scene, or a body saved by kerf bind");
+  CLI::Option* from = begin->add_option("--from", options.from, "Go on from a state that --save wrote");
+  begin->require_option(1);
   command->add_option("-o,--out", options.out, "Folder for the results; made when it does not exist")->required();
-  command->add_option("--duration", options.duration, "Simulate this many seconds instead of the scene's")
+  command->add_option("--duration", options.duration, "Simulate up to this many seconds instead of the scene's")
       ->check(CLI::Validator(is_not_negative, ">= 0"));
   command->add_option("--threads", options.threads, "Threads to use; 0: all cores")->check(CLI::Range(0, 1024));
   command->add_option("--meshes", options.meshes, kMeshesHelp)->check(CLI::ExistingDirectory);
-  command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit");
+  command->add_option("--record", options.record, "Write a recording that kerf replay repeats bit by bit")
+      ->excludes(from);
+  command->add_option("--save", options.save, "Write the state at the end: --from goes on from it, to the bit");
   command->add_flag("-q,--quiet", options.quiet, kQuietHelp);
   std::string scenes;
   for (const std::string& name : shipped_scenes()) scenes += (scenes.empty() ? "" : ", ") + name;
@@ -97,6 +101,9 @@ void add_run(CLI::App& app, RunOptions& options, std::optional<MemoryLimit>& mem
                   "\n\nExamples:\n"
                   "  kerf run steak --out out/steak           cuts a steak; the results lie in out/steak\n"
                   "  kerf run my/scene.toml --out out/mine    mesh files in it are relative to the scene\n"
+                  "  kerf run steak --out out/a --save a.kerfstate\n"
+                  "  kerf run --from a.kerfstate --duration 9 --out out/b\n"
+                  "                                           goes on with the cut steak, up to 9 s\n"
                   "  kerf info --schema                       what a scene can say\n\n"
                   "Results: report.json (counts, times, residuals, checks), visual.obj and visual_rest.obj,\n"
                   "collision.obj, hexahedra.vtu, body.glb (animation), picture.png.\n"

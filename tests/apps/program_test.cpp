@@ -463,6 +463,46 @@ TEST_F(ProgramTest, ABoundModelRunsAlone) {
   EXPECT_THAT(twice.text, HasSubstr("is a model"));
 }
 
+// Half a run, and the other half in another process, end as one run does.
+TEST_F(ProgramTest, ARunGoesOnFromASavedState) {
+  std::ofstream(in("cut.toml"))
+      << "[body]\nmodel = \"strip\"\n[simulation]\nduration = 0.06\ngravity = [0, 0, -1]\n[output]\nanimation = false\npicture = false\n[[command]]\ntype = \"blade\"\nat = 0.004\n"
+         "frame = \"rest\"\nposes = [ { time = 0, base = [0.001, -0.1, 0.1], tip = [0.001, -0.1, -0.1] }, "
+         "{ time = 0.01, base = [0.001, 0.1, 0.1], tip = [0.001, 0.1, -0.1] } ]\n";
+  const auto text_of = [&](const std::string& name) {
+    std::ifstream file(in(name), std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  ASSERT_EQ(kerf("run " + in("cut.toml") + " -q -o " + in("whole")).status, 0);
+  const Outcome first =
+      kerf("run " + in("cut.toml") + " -q --duration 0.03 -o " + in("first") + " --save " + in("half.kerfstate"));
+  ASSERT_EQ(first.status, 0) << first.text;
+  const Outcome second =
+      kerf("run --from " + in("half.kerfstate") + " -o " + in("second") + " --save " + in("end.kerfstate"));
+  ASSERT_EQ(second.status, 0) << second.text;
+  EXPECT_THAT(second.text, HasSubstr("30 steps"));
+  EXPECT_TRUE(text_of("second/visual.obj") == text_of("whole/visual.obj"));
+  EXPECT_FALSE(text_of("first/visual.obj") == text_of("whole/visual.obj"));
+
+  const auto refused = [&](const std::string& command, const std::string& why) {
+    const Outcome out = kerf("run " + command + " -o " + in("none"));
+    EXPECT_EQ(out.status, 2) << command;
+    EXPECT_THAT(out.text, HasSubstr(why)) << command;
+    EXPECT_FALSE(std::filesystem::exists(in("none/visual.obj")));
+  };
+  refused("--from " + in("end.kerfstate"), "give a later --duration");
+  refused("--from " + in("cut.toml"), "is no saved state of kerf");
+  refused("steak --from " + in("half.kerfstate"), "SCENE");
+  refused("--from " + in("half.kerfstate") + " --record " + in("r.kerfrec"), "--record");
+  refused("--from " + in("half.kerfstate") + " --save " + in("half.kerfstate"), "half.kerfstate");
+  refused("steak --save " + in("s.obj"), ".kerfstate");
+  const Outcome open =
+      kerf("run " + in("cut.toml") + " -q --duration 0.009 -o " + in("open") + " --save " + in("open.kerfstate"));
+  EXPECT_EQ(open.status, 1);
+  EXPECT_THAT(open.text, HasSubstr("save after it"));
+  EXPECT_FALSE(std::filesystem::exists(in("open.kerfstate")));
+}
+
 // What scenes refuse of a material is refused before anything is written: the body that lies there stays.
 TEST_F(ProgramTest, BindTakesTheMaterialsThatScenesTake) {
   ASSERT_EQ(kerf("bind strip -q -o " + in("a.kerf")).status, 0);

@@ -52,12 +52,6 @@ DetectOptions detect_options(const Scene& scene, double h) {
   return options;
 }
 
-void refresh_surface(const Body& body, ContactStep& c) {
-  if (c.surface_stale) rebuild_contact_surface(body.complex.collision, c.surface);
-  if (c.surface_stale || c.sides_stale) renew_side_points(body.hex, body.embedding, c.surface, c.sides);
-  c.surface_stale = c.sides_stale = false;
-}
-
 /// Trilinear weights of the corners at local coordinates, z = -1 and z = +1.
 struct CornerWeights {
   Lanes low, high;
@@ -357,6 +351,12 @@ void place_tips(const Body& body, const RigidShape& frame, ContactStep& c) {
 }
 
 }  // namespace
+
+void refresh_surface(const Body& body, ContactStep& c) {
+  if (c.surface_stale) rebuild_contact_surface(body.complex.collision, c.surface);
+  if (c.surface_stale || c.sides_stale) renew_side_points(body.hex, body.embedding, c.surface, c.sides);
+  c.surface_stale = c.sides_stale = false;
+}
 
 void add_flanks(const Scene& scene, const Body& body, const std::vector<ToolMotion>& motions, double t, double h,
                 DetectMemory& memory, ContactStep& c) {

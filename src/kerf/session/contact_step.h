@@ -53,6 +53,9 @@ struct ContactStep {
 /// Shapes, contact geometry and options of a scene. Bad input: meshes of obstacles that can't be used.
 Status prepare_contact(const Scene& scene, const Body& body, std::vector<std::string>& notes, ContactStep& step);
 
+/// The surface and its points as the body is, if they are stale.
+void refresh_surface(const Body& body, ContactStep& step);
+
 /// From the next detection on these are the vertices that no node carries.
 void hold_in_contact(const Body& body, std::span<const CollisionVertex> held, ContactStep& step);
 /// The same of places at rest; none: nothing is held.

@@ -279,6 +279,8 @@ void Session::Impl::state_is_another() {
   forget_held();
   piece_labels.forget();
   contact.surface_stale = true;
+  // A cut drops the walls that it changes, and all of them where it does not know the surface they stand on.
+  if (contact.on && !state.touching.walls.empty()) refresh_surface(state.body, contact);
   watched.everything = watching;
   positions_changed();
 }

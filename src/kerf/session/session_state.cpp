@@ -6,11 +6,14 @@
 
 #include "kerf/base/bytes.h"
 #include "kerf/session/session_impl.h"
+#include "kerf/session/tolerances.h"
 
 namespace kerf {
 namespace {
 
-constexpr const char* kDamaged = "this is not the state of a session, or it is damaged; save it anew";
+Error damaged(const char* what) {
+  return bad_input(fmt::format("this is not the state of a session, or it is damaged ({}); save it anew", what));
+}
 
 /// All of a state that goes on. Undo steps don't, nor what follows from the rest.
 template <class Archive, class State>
@@ -67,46 +70,77 @@ bool lie_in(const Journaled<I, std::array<Run, 2>>& runs, std::size_t pool) {
                      [pool](const std::array<Run, 2>& two) { return lies_in(two[0], pool) && lies_in(two[1], pool); });
 }
 
-/// Do all numbers of the body mean something that is there?
-bool is_whole(const Body& body, const ByteReader& reader, const Counts& counts, std::size_t roots) {
+/// Which numbers of the body mean nothing that is there; null: all do.
+const char* fault_of(const Body& body, const ByteReader& reader, const Counts& counts, std::size_t roots) {
   const CollisionMesh& c = body.complex.collision;
   const VisualMesh& v = body.complex.visual;
   const HexMesh& h = body.hex;
-  if (counts.of<CollisionHalfEdge>() != 3 * counts.of<CollisionTriangle>() ||
-      counts.of<VisualHalfEdge>() != 3 * counts.of<VisualTriangle>() || h.bodies.empty())
-    return false;
+  if (!counts.agree || counts.of<CollisionHalfEdge>() != 3 * counts.of<CollisionTriangle>() ||
+      counts.of<VisualHalfEdge>() != 3 * counts.of<VisualTriangle>())
+    return "counts";
   for (const LatticeBody& b : h.bodies)
     for (const std::int32_t n : b.frame.count)
-      if (n < 1 || n > (1 << 20)) return false;
-  if (counts.of<CellId>() != h.cell_count() || counts.of<LatticeFaceId>() != 3 * h.cell_count()) return false;
+      if (n < 1 || n > kMostCellsAlong) return "lattice";
+  if (h.bodies.empty() || counts.of<CellId>() != h.cell_count() || counts.of<LatticeFaceId>() != 3 * h.cell_count())
+    return "cells";
   if (!all_ids_exist<CollisionVertex, CollisionHalfEdge, CollisionTriangle, VisualVertex, VisualHalfEdge,
                      VisualTriangle, WallId, HexId, NodeId, CellId, TipId, RenderVertex>(reader, counts))
-    return false;
+    return "ids";
   for (const RootId root : c.root.raw())
-    if (!root.valid() || root.index() >= roots) return false;
+    if (!root.valid() || root.index() >= roots) return "roots";
   for (const Patch patch : v.patch.raw())
     if (patch.is_wall() ? patch.wall().index() >= counts.of<WallId>()
                         : patch.value < 0 || patch.root().index() >= roots)
-      return false;
+      return "patches";
   for (const LatticeIndex& cell : h.cell.raw())
-    if (!h.contains(cell)) return false;
+    if (!h.contains(cell)) return "hexahedra";
   for (const HexState state : h.state.raw())
-    if (state != HexState::kDead && state != HexState::kAbsorbed && state != HexState::kAlive) return false;
+    if (state != HexState::kDead && state != HexState::kAbsorbed && state != HexState::kAlive) return "hexahedra";
   for (const HexMaterial& material : h.material.raw())
-    if (material.body < 0 || static_cast<std::size_t>(material.body) >= h.bodies.size()) return false;
-  return lie_in(c.chain, body.complex.chain_pool.size()) && lie_in(c.line, body.complex.chain_pool.size()) &&
-         lie_in(c.free, body.complex.free_pool.size()) &&
-         lie_in(body.complex.wall_inner, body.complex.wall_pool.size()) && lie_in(h.members, h.member_pool.size()) &&
-         lie_in(h.links, h.link_pool.size()) && lie_in(h.pieces, h.piece_pool.size()) &&
-         h.piece_moments.size() == h.piece_pool.size();
+    if (material.body < 0 || static_cast<std::size_t>(material.body) >= h.bodies.size()) return "bodies";
+  const bool lie = lie_in(c.chain, body.complex.chain_pool.size()) && lie_in(c.line, body.complex.chain_pool.size()) &&
+                   lie_in(c.free, body.complex.free_pool.size()) &&
+                   lie_in(body.complex.wall_inner, body.complex.wall_pool.size()) &&
+                   lie_in(h.members, h.member_pool.size()) && lie_in(h.links, h.link_pool.size()) &&
+                   lie_in(h.pieces, h.piece_pool.size()) && h.piece_moments.size() == h.piece_pool.size();
+  return lie ? nullptr : "pools";
+}
+
+/// What else of it does not fit to the body, or to the scene of a session that has another state of it.
+const char* fault_of(const SessionState& state, const SessionState& other, const Scene& scene) {
+  const MechanicsState& m = state.mechanics;
+  const std::size_t nodes = state.body.hex.node_count(), copies = state.body.hex.hex_count();
+  if (state.model.node_count() != nodes || m.positions.size() != nodes || m.velocities.size() != nodes) return "nodes";
+  if (m.rotations.size() != copies || state.model.element_count() > copies) return "elements";
+  if (state.tools.size() != scene.tools.size() || m.tools.size() != scene.tools.size()) return "tools";
+  if (m.bond_damage.size() != other.mechanics.bond_damage.size() ||
+      state.model.bond_points().size() != other.model.bond_points().size())
+    return "bonds";
+  if (state.model.materials().size() != other.model.materials().size() ||
+      state.materials.regions.size() != other.materials.regions.size())
+    return "materials";
+  if (state.next_command > scene.commands.size() || state.steps < 0) return "time";
+  const NodeFade& fade = state.fade.nodes;
+  if (fade.offset.size() != fade.velocity.size() || fade.offset.size() > nodes) return "what fades";
+  for (const Grasp& g : state.grasps)
+    if (g.offset.size() != g.points.size()) return "grasps";
+  return nullptr;
+}
+
+std::string way_out_of(const ActiveStroke& stroke, const Scene& scene) {
+  if (stroke.tool >= 0)
+    return fmt::format(
+        "tool \"{}\" is cutting, and half a cut can't be saved; lead its edge out of the body, and save then",
+        scene.tools[static_cast<std::size_t>(stroke.tool)].id);
+  if (stroke.from_command) return "a stroke of the scene is under way, and half a cut can't be saved; save after it";
+  return "a stroke is open, and half a cut can't be saved; end or cancel it, and save then";
 }
 
 }  // namespace
 
 Result<std::string> Session::state_bytes() const {
   const Impl& s = *impl_;
-  if (s.state.stroke)
-    return bad_input("a stroke is open; end it (or cancel it), and save then: half a cut can't be taken up again");
+  if (s.state.stroke) return bad_input(way_out_of(*s.state.stroke, s.scene));
   std::string out;
   ByteWriter writer(out);
   writer(s.uncut_volume), writer(s.uncut_filled);
@@ -126,7 +160,7 @@ Status Session::take_state(std::string_view bytes) {
   ByteReader reader(bytes);
   std::vector<double> uncut_volume, uncut_filled, given;
   reader(uncut_volume), reader(uncut_filled);
-  if (!reader.ok()) return bad_input(kDamaged);
+  if (!reader.ok()) return damaged("its beginning");
   if (uncut_volume != s.uncut_volume || uncut_filled != s.uncut_filled)
     return bad_input(
         "this state is of another body: what the scene makes or reads is not what it was when the state was saved; bring the mesh files as they were");
@@ -137,28 +171,14 @@ Status Session::take_state(std::string_view bytes) {
   int uncut_notes = 0, leaning_notes = 0, dust_notes = 0;
   bool slowing_noted = false;
   reader(notes), reader(uncut_notes), reader(leaning_notes), reader(dust_notes), reader(slowing_noted);
+  if (!reader.ok() || reader.left() > 0) return damaged("its length");
   Counts counts;
   state.body.for_each_array(counts);
-  const MechanicsState& m = state.mechanics;
-  if (!reader.ok() || reader.left() > 0 || !counts.agree || !is_whole(state.body, reader, counts, s.uncut_roots))
-    return bad_input(kDamaged);
-  if (!state.model.adopt_parts(given)) return bad_input(kDamaged);
-  const std::size_t nodes = state.body.hex.node_count(), springs = state.model.spring_count();
-  const bool fits =
-      state.model.node_count() == nodes && m.positions.size() == nodes && m.velocities.size() == nodes &&
-      m.rotations.size() == state.body.hex.hex_count() && state.model.element_count() <= state.body.hex.hex_count() &&
-      state.tools.size() == s.scene.tools.size() && m.tools.size() == s.scene.tools.size() &&
-      m.bond_damage.size() == s.bonds.places.size() && state.model.bond_points().size() == s.bonds.places.size() &&
-      state.model.materials().size() == s.state.model.materials().size() &&
-      state.next_command <= s.scene.commands.size() && state.steps >= 0 &&
-      state.fade.nodes.offset.size() == state.fade.nodes.velocity.size() && state.fade.nodes.offset.size() <= nodes &&
-      std::all_of(state.grasps.begin(), state.grasps.end(), [springs](const Grasp& g) {
-        return g.offset.size() == g.points.size() &&
-               std::all_of(g.springs.begin(), g.springs.end(),
-                           [springs](SpringId id) { return id.valid() && id.index() < springs; });
-      });
-  if (!fits) return bad_input(kDamaged);
+  if (const char* fault = fault_of(state.body, reader, counts, s.uncut_roots)) return damaged(fault);
+  if (!state.model.adopt_parts(given)) return damaged("mechanics");
+  if (const char* fault = fault_of(state, s.state, s.scene)) return damaged(fault);
 
+  for (Grasp& g : state.grasps) g.springs.resize(g.points.size());  // they are renewed before anybody looks
   if (!state.materials.held.changes.empty()) state.materials.held.trace(state.body.hex);
   state.topology_version =
       std::max(state.topology_version, s.state.topology_version) + 1;  // whoever watches must look again

@@ -218,6 +218,12 @@ TEST(SessionState, RandomLivesGoOnToTheSameBits) {
   if (seconds != nullptr) fmt::print("{} lives\n", seed - first);
 }
 
+// What results hung on besides the state: springs of grasps before they are renewed; sunk walls that a restored session forgot; places of vertices that were
+// kept although unfix had let go of them.
+TEST(SessionState, LivesThatDidNot) {
+  for (const std::uint64_t seed : {111, 115, 1089}) live(seed);
+}
+
 TEST(SessionState, ShippedScenesGoOnToTheSameBits) {
   for (const char* name :
        {"suture-pad", "meniscus-probe", "steak-on-a-board", "scissors", "punch", "crossing-strips"}) {
@@ -281,7 +287,7 @@ TEST(SessionState, OneOfAnotherBodyIsRefusedAndNothingHasChanged) {
   EXPECT_EQ(steak.hash(), before);
 }
 
-TEST(SessionState, DamagedBytesAreRefusedOrHarmless) {
+TEST(SessionState, BytesThatAreCutOffAreRefused) {
   Session session = make(scene_of("[body]\nmodel = \"closed-sheet\"\noptions = { visual_triangles = 500 }\n"));
   ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());
   ASSERT_TRUE(session.move_blade({0.1, -1, 0.2}, {0.1, -1, -0.2}).ok());

@@ -32,8 +32,8 @@ inline constexpr std::uint64_t kMostSceneBytes = std::uint64_t{16} << 20;
 /// Recordings hold up to 86 MiB of meshes and 100 bytes a change: ten million changes. At half, a day at 100 Hz does not fit; at double,
 /// the parser takes 20 GB.
 inline constexpr std::uint64_t kMostRecordingBytes = std::uint64_t{1} << 30;
-/// A saved state has some 2 KB for each collision triangle and 300 bytes for each visual one, and the meshes of its scene. At half, a body of the largest size could not be
-/// saved; at double, a mistaken file is read for a minute.
+/// A saved state has the bound body, cut, and its motion: that of the cut steak has 180 bytes for each visual triangle. At half, bodies that may be loaded could not be
+/// saved and read again; at double, what is read is larger than any of them.
 inline constexpr std::uint64_t kMostStateBytes = std::uint64_t{16} << 30;
 /// What the program itself wrote and reads again, and the files of a page. Reports of a billion steps are not read.
 inline constexpr std::uint64_t kMostOtherBytes = std::uint64_t{1} << 30;

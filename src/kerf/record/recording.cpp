@@ -283,7 +283,7 @@ class RecordingReader {
         if (!from_base64(text(mesh, "base64"), *m.content)) fail("\"base64\" is not base64");
         if (m.content->size() != m.bytes)
           fail(fmt::format("\"bytes\" is {}, but \"base64\" has {}", m.bytes, m.content->size()));
-        if (mesh_hash(*m.content) != m.hash)
+        if (bytes_hash(*m.content) != m.hash)
           fail(fmt::format(
               "\"{}\" is damaged: its bytes do not have the hash that was recorded; use another copy of the recording, or record it again",
               shown(m.written)));

@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-std::uint64_t mesh_hash(std::string_view bytes) {
+std::uint64_t bytes_hash(std::string_view bytes) {
   Hash hash;
   hash.add_bytes(bytes.data(), bytes.size());
   return hash.value();
@@ -30,7 +30,7 @@ Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
     SceneSource::Mesh& mesh = source.meshes.emplace_back();
     mesh.written = file.written;
     mesh.bytes = bytes.size();
-    mesh.hash = mesh_hash(bytes);
+    mesh.hash = bytes_hash(bytes);
     if (bytes.size() > most - taken) continue;
     taken += bytes.size();
     mesh.content = std::string(bytes);
@@ -47,11 +47,11 @@ Status check_meshes(const Scene& scene, const SceneSource& source) {
                                    shown(source.name), shown(mesh.written)));
     auto read = read_whole_file(use->path, kNamedFile);
     if (!read) return read.error();
-    if (read->view().size() == mesh.bytes && mesh_hash(read->view()) == mesh.hash) continue;
+    if (read->view().size() == mesh.bytes && bytes_hash(read->view()) == mesh.hash) continue;
     return bad_input(fmt::format(
         "{}:{}: the mesh \"{}\" is not the one that was recorded ({} bytes with hash {:016x} instead of {} with {:016x}, in {}); "
         "{}",
-        shown(source.name), use->line, shown(mesh.written), read->view().size(), mesh_hash(read->view()), mesh.bytes,
+        shown(source.name), use->line, shown(mesh.written), read->view().size(), bytes_hash(read->view()), mesh.bytes,
         mesh.hash, shown(use->path),
         mesh.content
             ? "it came with the recording, which is damaged: use another copy of it, or record it again"

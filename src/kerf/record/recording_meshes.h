@@ -10,8 +10,8 @@
 
 namespace kerf {
 
-/// What recordings know the bytes of a mesh file by.
-std::uint64_t mesh_hash(std::string_view bytes);
+/// What recordings know the bytes of a mesh file by, and saved sessions their own.
+std::uint64_t bytes_hash(std::string_view bytes);
 /// Writes the meshes that a recording carries into this folder, and says where the scene finds them.
 Result<SceneFolders> unpack_meshes(const SceneSource& source, const std::filesystem::path& folder);
 /// Bad input: a mesh of the scene has not the bytes that were recorded.

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "kerf/base/bytes.h"
-#include "kerf/base/hash.h"
 #include "kerf/base/shown_text.h"
 #include "kerf/mesh/whole_file.h"
+#include "kerf/record/recording_meshes.h"
 
 namespace kerf {
 namespace {
@@ -19,12 +19,6 @@ struct Head {
   std::uint64_t hash = 0;
 };
 constexpr std::size_t kHeadBytes = kMagic.size() + sizeof(Head);
-
-std::uint64_t hash_of(std::string_view bytes) {
-  Hash hash;
-  hash.add_bytes(bytes.data(), bytes.size());
-  return hash.value();
-}
 
 /// Enough of it to say what it is.
 Result<Head> read_head(std::string_view bytes, const std::string& name) {
@@ -53,7 +47,7 @@ Result<std::string> saved_session_bytes(const Session& session, const Recording&
   writer(recording_text(begin));
   writer(*state);
   std::string out(kMagic);
-  ByteWriter{out}(Head{kSavedSessionVersion, 0, hash_of(inside)});
+  ByteWriter{out}(Head{kSavedSessionVersion, 0, bytes_hash(inside)});
   return out + inside;
 }
 
@@ -65,7 +59,7 @@ Result<SavedSession> parse_saved_session(std::string_view bytes, const std::stri
   std::string text;
   SavedSession saved;
   reader(text), reader(saved.state);
-  if (head->hash != hash_of(inside) || head->zero != 0 || !reader.ok() || reader.left() > 0)
+  if (head->hash != bytes_hash(inside) || head->zero != 0 || !reader.ok() || reader.left() > 0)
     return bad_input(
         fmt::format("{}: this state is cut off or damaged; use another copy of it, or save it again", shown(name)));
   auto scene = parse_recording(text, name);

@@ -452,7 +452,6 @@ Status Session::Impl::renew_held(std::size_t first) {
 void Session::Impl::trace_held() {
   HeldRegions& held = state.materials.held;
   forget_held();
-  positions_changed();
   held.cells.clear();
   held.trace(state.body.hex);
   held.cross = crosses_material(held, held.cells);
@@ -611,6 +610,7 @@ void Session::Impl::fade_let_go(std::span<const VisualVertex> visual, std::span<
   };
   fade(visual, held_visual(), state.fade.visual);
   fade(collision, held_collision(), state.fade.collision);
+  positions_changed();
 }
 
 void Session::Impl::renew_loads() {

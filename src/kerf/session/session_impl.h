@@ -416,7 +416,11 @@ struct Session::Impl {
   /// N: of a grasp on its point i; fresh springs.
   [[nodiscard]] Vec3 pull_of(const Grasp& grasp, std::size_t i);
   Vec3 held_load;  ///< N: what loads do to places that supports hold
-  void forget_held() { collision_held_at = visual_held_at = contact_held_at = 0; }
+  /// Other vertices stay at rest.
+  void forget_held() {
+    collision_held_at = visual_held_at = contact_held_at = 0;
+    positions_changed();
+  }
   /// What visual vertices have in addition to where their nodes put them, as the surface is shown: what fades, and what is held. Ascending.
   std::span<const FadingVertex> beside_visual();
 

@@ -15,7 +15,7 @@ Error damaged(const char* what) {
   return bad_input(fmt::format("this is not the state of a session, or it is damaged ({}); save it anew", what));
 }
 
-/// All of a state that goes on. Undo steps don't, nor what follows from the rest.
+/// All of a state that goes on, but the records of strokes. Undo steps don't, nor what follows from the rest.
 template <class Archive, class State>
 void visit_state(Archive& a, State& s) {
   a(s.body.complex.closed), a(s.body.complex.mean_root_edge), a(s.body.hex.bodies);
@@ -24,7 +24,7 @@ void visit_state(Archive& a, State& s) {
   a(s.mechanics), a(s.fade);
   a(s.materials.regions), a(s.materials.held.changes), a(s.materials.held.cross), a(s.materials.held.cells);
   a(s.measures), a(s.gravity), a(s.largest_tool_force), a(s.time), a(s.steps), a(s.next_command);
-  a(s.grasps), a(s.lost_grasps), a(s.tools), a(s.seen), a(s.touching), a(s.strokes), a(s.topology_version);
+  a(s.grasps), a(s.lost_grasps), a(s.tools), a(s.seen), a(s.touching), a(s.topology_version);
 }
 
 /// How many there are of each kind that has arrays of its own. Pools are of several lengths.
@@ -145,11 +145,11 @@ Result<std::string> Session::state_bytes() const {
   ByteWriter writer(out);
   writer(s.uncut_volume), writer(s.uncut_filled);
   SessionState& state = const_cast<SessionState&>(s.state);  // a writer only reads; arrays are listed for both
-  const std::vector<StrokeRecord> strokes = state.strokes;
-  for (StrokeRecord& record : state.strokes)
-    record.times = {}, record.removed.seconds = 0;  // no clock: same life, same bytes
   visit_state(writer, state);
-  state.strokes = strokes;
+  std::vector<StrokeRecord> strokes = state.strokes;
+  for (StrokeRecord& record : strokes)
+    record.times = {}, record.removed.seconds = 0;  // no clock: same life, same bytes
+  writer(strokes);
   writer(state.model.given_matrices());
   writer(s.notes), writer(s.uncut_notes), writer(s.leaning_notes), writer(s.dust_notes), writer(s.slowing_noted);
   return out;
@@ -166,6 +166,7 @@ Status Session::take_state(std::string_view bytes) {
         "this state is of another body: what the scene makes or reads is not what it was when the state was saved; bring the mesh files as they were");
   SessionState state;
   visit_state(reader, state);
+  reader(state.strokes);
   reader(given);
   std::vector<std::string> notes;
   int uncut_notes = 0, leaning_notes = 0, dust_notes = 0;

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from . import _arguments, _core, _surfaces
 from ._camera import Camera
 from ._error import Error, naming_keys
+from ._paths import path_text
 from ._records import Records
 from ._scene import command_of, source_of, utf8
 
@@ -50,8 +51,9 @@ class Session(_core.Session):
     record: everything that is done to it is noted, for recording(). Every 100 steps then cost a hash of the state.
     scripted: whether the scene's own commands run; shipped scenes have some. kerf.Session("steak") cuts and pulls as it steps, and a blade of the
     scene that begins ends a stroke() that is open. With scripted=False nothing happens that the caller does not do.
-    kerf.Error: the scene or a mesh can't be used, or a kerf.Body is to be recorded. TypeError: scene is something else.
+    kerf.Error: the scene or a mesh can't be used. TypeError: scene is something else.
 
+    copy.copy(), copy.deepcopy() and pickle give another session that goes on to the same bits, as save() and load() do.
     Lengths are metres, times seconds, z is up. A session is used by one thread at a time (another one gets a kerf.Error);
     many sessions can run at once. Arrays are read-only and stay what they were: ask again after a step or a cut. Pictures are the
     caller's own.
@@ -87,6 +89,36 @@ class Session(_core.Session):
         from ._recording import Recording
 
         return Recording._of(self._recording(), self._meshes)
+
+    def save(self, path: Path) -> None:
+        """Writes the session to a file, usually .kerfstate, for Session.load() and `kerf run --from`: complete and lasting, or not at all.
+
+        The scene, its meshes and a kerf.Body travel in it. What came before is not there to undo(), nor to recording().
+        kerf.Error: a stroke is open, the file can't be written, or it is one that the scene reads.
+        """
+        self._save(path_text(path))
+
+    @classmethod
+    def load(cls, path: Path, *, meshes: Path | Iterable[Path] = ()) -> Session:
+        """The session in a file of save() or `kerf run --save`: it goes on to the same bits, in any process.
+
+        meshes: folders where mesh files are looked for that were too large to travel. It records nothing.
+        kerf.Error, with `file`: there is no such file, it is damaged or something else, of another version or another instruction set, or
+        a mesh is not what it was.
+        """
+        file, folders = path_text(path), paths_text(meshes)
+        try:
+            return cls._going_on(None, file, folders)
+        except Error as error:
+            error.file = error.file or file
+            raise
+
+    @classmethod
+    def _going_on(cls, data: bytes | None, file: str, meshes: list[str]) -> Session:
+        session = cls.__new__(cls)
+        _core.Session.__init__(session, data, file, meshes)
+        session._records, session._meshes = Records(), meshes
+        return session
 
     def cut(self, poses: ArrayLike, frame: str = "rest", through: bool = False) -> bool:
         """One whole stroke: the blade's edge moves through these poses, base and tip of each.
@@ -306,7 +338,7 @@ class Session(_core.Session):
         return report
 
     def __reduce_ex__(self, protocol: Any) -> Any:
-        raise TypeError("a session can't be copied or pickled; make another one of the same scene")
+        return _unpickled, (type(self), self._saved_bytes(), self._meshes), getattr(self, "__dict__", None) or None
 
     def __enter__(self) -> Session:
         return self
@@ -319,3 +351,12 @@ class Session(_core.Session):
             return f"<kerf.Session {self.name!r} at {self.time:g} s>"
         except Error:
             return "<kerf.Session, closed>" if self.closed else "<kerf.Session, in use by another thread>"
+
+
+def unpickled_snapshot(data: bytes) -> _core.Snapshot:
+    """What the pickle of a snapshot becomes: restore() of any session of the same scene takes it. kerf.Error: it is damaged."""
+    return _core.snapshot_of_bytes(data)
+
+
+def _unpickled(kind: type[Session], data: bytes, meshes: list[str]) -> Session:
+    return kind._going_on(data, "a pickled session", meshes)

@@ -1,4 +1,5 @@
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -39,18 +40,44 @@ void define_sessions(nb::module_& m) {
       .def("__init__", refuse_to_make<Snapshot>("a snapshot comes from snapshot() of a kerf.Session"), kRefusesToMake)
       .def(
           "__reduce_ex__",
-          [](const Snapshot&, nb::handle) {
-            throw nb::type_error(
-                "a snapshot can't be copied or pickled; it never changes, so hand it on within this process");
+          [](const Snapshot& self, nb::handle) {
+            const std::string bytes = snapshot_bytes(self);
+            return nb::make_tuple(nb::module_::import_("kerf._session").attr("unpickled_snapshot"),
+                                  nb::make_tuple(nb::bytes(bytes.data(), bytes.size())));
           },
-          "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"));
+          "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"))
+      .def(
+          "__copy__", [](nb::handle_t<Snapshot> self) { return nb::borrow(self); },
+          nb::sig("def __copy__(self) -> Snapshot"), "Itself: it never changes.")
+      .def(
+          "__deepcopy__", [](nb::handle_t<Snapshot> self, nb::handle) { return nb::borrow(self); }, "memo"_a,
+          nb::sig("def __deepcopy__(self, memo: typing.Any) -> Snapshot"), "Itself: it never changes.");
+  m.def(
+      "snapshot_of_bytes",
+      [](nb::bytes data) {
+        return snapshot_of_bytes({data.c_str(), data.size()});
+      },
+      "data"_a);
 
   nb::class_<LiveSession>(m, "Session")
       .def(nb::init<const std::string&, const std::string&, const std::string&, const std::vector<std::string>&,
                     const nb::dict&, bool, bool>(),
            "text"_a, "name"_a, "folder"_a, "meshes"_a, "bodies"_a, "record"_a, "scripted"_a)
       .def(nb::init<const HeldRecording&, const std::vector<std::string>&>(), "recording"_a, "meshes"_a)
+      .def(
+          "__init__",
+          [](LiveSession* self, const std::optional<nb::bytes>& data, const std::string& file,
+             const std::vector<std::string>& meshes) {
+            new (self) LiveSession(data ? data->c_str() : nullptr, data ? data->size() : 0, file, meshes);
+          },
+          "data"_a.none(), "file"_a, "meshes"_a)
       .def("_recording", &LiveSession::recording)
+      .def("_saved_bytes",
+           [](LiveSession& self) {
+             const std::string bytes = self.saved_bytes();
+             return nb::bytes(bytes.data(), bytes.size());
+           })
+      .def("_save", &LiveSession::save, "file"_a)
       .def(
           "step", [](LiveSession& self, nb::handle n) { self.step(steps_of(n, "n")); }, "n"_a.none() = 1,
           nb::sig("def step(self, n: int = 1) -> None"), R"(Simulates n time steps of time_step seconds each.

@@ -13,7 +13,9 @@
 #include "held_recording.h"
 #include "interrupts.h"
 #include "kerf/base/stopwatch.h"
+#include "kerf/mesh/whole_file.h"
 #include "kerf/record/run_report.h"
+#include "kerf/record/saved_session.h"
 #include "kerf/scene/scene_file.h"
 #include "live_session_use.h"
 #include "memory_body.h"
@@ -40,6 +42,20 @@ SessionChange change_of(Kind kind, std::vector<double> values) {
 
 }  // namespace
 
+std::string snapshot_bytes(const Snapshot& snapshot) {
+  return value_of(unlocked([&]() -> Result<std::string> {
+    if (!snapshot.state) return saved_state_bytes(snapshot.bytes, {});
+    const auto state = Session::state_bytes(*snapshot.state);
+    if (!state) return state.error();
+    return saved_state_bytes(*state, {});
+  }));
+}
+
+Snapshot snapshot_of_bytes(std::string_view bytes) {
+  auto saved = value_of(unlocked([&] { return parse_saved_session(bytes, "a pickled snapshot"); }));
+  return {nullptr, std::move(saved.state), 0, false, nullptr};
+}
+
 nb::object score_or_none(const std::optional<TrainerScore>& score) {
   if (!score) return nb::none();
   nb::dict out;
@@ -56,13 +72,12 @@ nb::object score_or_none(const std::optional<TrainerScore>& score) {
 LiveSession::LiveSession(const std::string& text, const std::string& name, const std::string& folder,
                          const std::vector<std::string>& meshes, const nb::dict& bodies, bool record, bool scripted)
     : number_(next_number()) {
-  if (record && bodies.size() > 0)
-    throw Failure(bad_input(
-        "a kerf.Body is in no file, and recordings hold files; save() the body and name its file in the scene"));
-  source_.text = text;
-  source_.name = std::filesystem::path(name).stem().string();
-  source_.folder = folder.empty() ? std::filesystem::current_path() : std::filesystem::absolute(folder);
-  source_.mesh_folders.assign(meshes.begin(), meshes.end());
+  SceneSource& source = begin_.source;
+  source.text = text;
+  source.name = std::filesystem::path(name).stem().string();
+  source.folder = folder.empty() ? std::filesystem::current_path() : std::filesystem::absolute(folder);
+  source.mesh_folders.assign(meshes.begin(), meshes.end());
+  begin_.overrides.scripted = scripted;
   SceneFolders folders{std::filesystem::path(folder)};
   folders.meshes.assign(meshes.begin(), meshes.end());
   for (const auto [word, body] : bodies)
@@ -74,7 +89,7 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
     auto session = Session::create(*scene, progress);
     if (!session) return session.error();
     if (record) {
-      auto recorder = Recorder::begin(source_, *session, scripted);
+      auto recorder = Recorder::begin(source, *session, scripted);
       if (!recorder) return recorder.error();
       recorder_ = std::move(*recorder);
     }
@@ -85,13 +100,33 @@ LiveSession::LiveSession(const std::string& text, const std::string& name, const
 
 LiveSession::LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes)
     : number_(next_number()) {
-  source_ = recording.recording()->source;
+  take_begin(*recording.recording());
   make([&](const Progress& progress) -> Status {
     auto session = session_of(*recording.recording(), progress, {meshes.begin(), meshes.end()}, recording.file());
     if (!session) return recording.named(session.error());
     session_ = std::move(*session);
     return {};
   });
+}
+
+LiveSession::LiveSession(const char* bytes, std::size_t size, const std::string& file,
+                         const std::vector<std::string>& meshes)
+    : number_(next_number()) {
+  make([&](const Progress& progress) -> Status {
+    auto saved = bytes != nullptr ? parse_saved_session({bytes, size}, file) : read_saved_session(file);
+    if (!saved) return saved.error();
+    take_begin(saved->scene);
+    auto session = go_on(*saved, progress, {meshes.begin(), meshes.end()}, file);
+    if (!session) return session.error();
+    session_ = std::move(*session);
+    return {};
+  });
+}
+
+void LiveSession::take_begin(const Recording& recording) {
+  begin_.source = recording.source;
+  begin_.overrides = recording.overrides;
+  meshes_travel_ = true;
 }
 
 void LiveSession::make(const std::function<Status(const Progress&)>& work) {
@@ -214,18 +249,47 @@ LiveSession::~LiveSession() {
   if (view_) view_->close();
 }
 
-// --- Snapshots ---
+// --- Going on elsewhere, and going back ---
+
+std::string LiveSession::saved_bytes() {
+  Use session(*this);
+  return value_of(unlocked([&]() -> Result<std::string> {
+    if (meshes_travel_) return saved_session_bytes(*session, begin_);
+    Recording begin = begin_;
+    begin.overrides.dust = session->scene().cut.dust;
+    KERF_TRY(take_meshes(session->scene(), begin.source));
+    return saved_session_bytes(*session, begin);
+  }));
+}
+
+void LiveSession::save(const std::string& file) {
+  const std::string bytes = saved_bytes();
+  Use session(*this);
+  for (const SceneFileUse& use : session->scene().files)
+    if (same_file(use.path, file))
+      throw Failure(bad_input(file + ": this is a file that the scene reads; save to another one"));
+  check(unlocked([&] { return replace_file(file, bytes); }));
+}
 
 Snapshot LiveSession::snapshot() {
   Use session(*this);
   const auto notes = recorder_ ? std::make_shared<const Recorder::Notes>(recorder_->notes()) : nullptr;
-  return {unlocked([&] { return session->snapshot(); }), number_, is_open(stroke_), notes};
+  return {unlocked([&] { return session->snapshot(); }), {}, number_, is_open(stroke_), notes};
 }
 
 void LiveSession::restore(const Snapshot& snapshot) {
   Use session(*this);
-  if (snapshot.session != number_) throw Failure(bad_input("this snapshot was taken of another session"));
+  if (snapshot.state && snapshot.session != number_)
+    throw Failure(bad_input(
+        "this snapshot was taken of another session; pickled and unpickled it is for all sessions of the same scene"));
   ++changes_;
+  if (!snapshot.state) {
+    check(unlocked([&] { return session->take_state(snapshot.bytes); }));
+    ++restores_;
+    stroke_record_ = 0;
+    if (recorder_) recorder_->give_up("a snapshot that came from elsewhere was restored");
+    return;
+  }
   ++restores_;
   unlocked([&] { session->restore(snapshot.state); });
   if (recorder_) recorder_->go_back(*snapshot.notes);
@@ -254,7 +318,10 @@ std::uint64_t LiveSession::topology_version() { return Use(*this)->topology_vers
 int LiveSession::undo_depth() { return Use(*this)->undo_depth(); }
 int LiveSession::redo_depth() { return Use(*this)->redo_depth(); }
 bool LiveSession::in_stroke() { return Use(*this)->in_stroke(); }
-std::string LiveSession::name() { return Use(*this)->scene().name; }
+std::string LiveSession::name() {
+  const Use session(*this);
+  return begin_.source.name;
+}
 std::string LiveSession::title() { return Use(*this)->scene().title; }
 std::vector<std::string> LiveSession::notes() { return Use(*this)->notes(); }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,13 +24,19 @@
 
 namespace kerf::python {
 
-/// A state of one session, to go back to.
+/// A state of one session, to go back to; or one that came as bytes, for any session of the same scene.
 struct Snapshot {
-  std::shared_ptr<const SessionSnapshot> state;
+  std::shared_ptr<const SessionSnapshot> state;  ///< null: it came as bytes
+  std::string bytes;                             ///< Session::state_bytes
   std::uint64_t session = 0;                     ///< number of the session that it was taken of
   bool in_hand = false;                          ///< a stroke by hand was open
   std::shared_ptr<const Recorder::Notes> notes;  ///< of the session's recording; null: there is none
 };
+
+/// A snapshot as a file of a saved session without a scene, for other processes. Throws Failure: a stroke was open.
+std::string snapshot_bytes(const Snapshot& snapshot);
+/// Back. Throws Failure: damaged, or of another version or instruction set.
+Snapshot snapshot_of_bytes(std::string_view bytes);
 
 class HeldRecording;
 /// A dict; None where there is no score.
@@ -57,6 +64,8 @@ class LiveSession {
               const std::vector<std::string>& meshes, const nanobind::dict& bodies, bool record, bool scripted);
   /// As a recording begins.
   LiveSession(const HeldRecording& recording, const std::vector<std::string>& meshes);
+  /// Goes on from what saved_bytes() gave, or from a file of it where `bytes` is null. `file` stands for both in messages.
+  LiveSession(const char* bytes, std::size_t size, const std::string& file, const std::vector<std::string>& meshes);
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
   ~LiveSession();
@@ -104,6 +113,11 @@ class LiveSession {
   ToolRecord tool(const std::string& id);
   /// Of the grasp of this id; all 0 where there is none.
   GraspRecord grasp(const std::string& id);
+
+  /// The session with all it needs elsewhere (saved_session.h).
+  std::string saved_bytes();
+  /// Writes them. Bad input: the file is one that the scene reads.
+  void save(const std::string& file);
 
   Snapshot snapshot();
   void restore(const Snapshot& snapshot);
@@ -185,6 +199,8 @@ class LiveSession {
   }
   /// Of a constructor: work that makes session_, without Python's lock; Ctrl-C ends it.
   void make(const std::function<Status(const Progress&)>& work);
+  /// Of what came from elsewhere.
+  void take_begin(const Recording& recording);
   /// A command, noted.
   Status perform(const SceneCommand& command);
   Result<SessionStep> step_once();
@@ -200,7 +216,8 @@ class LiveSession {
 
   std::optional<Session> session_;  ///< none: closed
   std::atomic<bool> busy_ = false;  ///< a thread is in it
-  SceneSource source_;              ///< what it was made of
+  Recording begin_;                 ///< what it was made of
+  bool meshes_travel_ = false;      ///< the files of the scene have come with it
   std::mutex view_mutex_;           ///< of the pointer
   std::shared_ptr<SessionView> view_;
   std::atomic<bool> watched_in_vain_ = false;  ///< the session notes changes for a view that is gone

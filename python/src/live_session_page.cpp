@@ -30,7 +30,7 @@ void LiveSession::open_view(const ViewRequest& request) {
   if (view()) close_view();
   Use session(*this);
   stop_watching_where_due();
-  auto made = value_of(unlocked([&] { return SessionView::create(*session, source_, request); }));
+  auto made = value_of(unlocked([&] { return SessionView::create(*session, begin_.source, request); }));
   session.enter(made->led());
   if (const Status started = made->start(); !started) {
     watched_in_vain_ = true;

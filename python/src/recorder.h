@@ -38,13 +38,14 @@ class Recorder {
 
   [[nodiscard]] const Notes& notes() const { return notes_; }
   void go_back(Notes notes) { notes_ = std::move(notes); }
+  /// It can't be recorded any more.
+  void give_up(const std::string& why) {
+    if (notes_.trouble.empty()) notes_.trouble = why;
+  }
   /// Bad input: something was done that recordings have no change for.
   [[nodiscard]] Result<Recording> recording(const Session& session) const;
 
  private:
-  void give_up(const std::string& why) {
-    if (notes_.trouble.empty()) notes_.trouble = why;
-  }
   Recording frame_;  ///< without changes and hashes
   Notes notes_;
   std::string no_change_;                  ///< why recordings have none for the command; empty: they have

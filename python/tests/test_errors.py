@@ -161,11 +161,10 @@ def test_files_that_are_not_utf8(tmp_path):
         kerf.Session("sheet", meshes=[path])
 
 
-def test_sessions_are_not_copied(sheet):
+def test_strokes_are_not_copied(sheet):
     for work in (copy.copy, copy.deepcopy, pickle.dumps):
-        for made in (sheet, sheet.snapshot(), sheet.stroke()):
-            with pytest.raises(TypeError, match="can't be copied or pickled; "):
-                work(made)
+        with pytest.raises(TypeError, match="can't be copied or pickled; "):
+            work(sheet.stroke())
 
 
 @pytest.mark.parametrize(("kind", "whence"), [(kerf.Body, r"kerf.bind\(\)"), (kerf.Stroke, r"stroke\(\)"), (kerf.Snapshot, r"snapshot\(\)")])

@@ -411,8 +411,6 @@ def test_what_recordings_have_no_change_for():
         assert session.recording().steps == 1
     with pytest.raises(kerf.Error, match="record=True"):
         kerf.Session("sheet").recording()
-    with pytest.raises(kerf.Error, match="save"):
-        kerf.Session(kerf.bind("sheet"), record=True)
 
 
 def test_files_of_a_scene_travel(tmp_path):

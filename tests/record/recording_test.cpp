@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "kerf/base/random.h"
+#include "kerf/scene/scene_body.h"
 #include "kerf/scene/temporary_folder.h"
 
 namespace kerf::recording_test {
@@ -393,6 +394,40 @@ class MeshesTravel : public testing::Test {
   std::optional<TemporaryFolder> folder_;
   Recording recording_;
 };
+
+// A body that a program has is in no folder: it goes along, and what comes back is the same to the bit.
+TEST_F(MeshesTravel, ABodyOfAProgramTravels) {
+  SceneBody body;
+  body.model = "sheet";
+  auto loaded = load_scene_body(body);
+  ASSERT_TRUE(loaded.ok());
+  loaded->young = 7e4;
+  SceneFolders folders(folder_->path());
+  folders.bodies["<mine>"] = std::make_shared<const SceneBodyLoaded>(std::move(*loaded));
+  recording_.source.text =
+      "[[body]]\nbound = \"<mine>\"\n[[body]]\nbound = \"<mine>\"\nposition = [0, 0, 0.5]\n[[body]]\nvisual = \"cloth.obj\"\n"
+      "thickness = 0.05\nposition = [0, 0, 1]\n";
+  const auto scene = scene_of(recording_.source, {}, [&] {
+    SceneFolders here(recording_.source.folder);
+    here.bodies = folders.bodies;
+    return here;
+  }());
+  ASSERT_TRUE(scene.ok()) << scene.error().message;
+  ASSERT_TRUE(take_meshes(*scene, recording_.source).ok());
+  EXPECT_EQ(recording_.source.meshes.size(), 2U);
+  auto session = Session::create(*scene);
+  ASSERT_TRUE(session.ok()) << session.error().message;
+  auto there = session_of(elsewhere());
+  ASSERT_TRUE(there.ok()) << there.error().message;
+  EXPECT_EQ(there->hash(), session->hash());
+  EXPECT_EQ(there->material().young, session->material().young);
+  ASSERT_TRUE(session->step(5).ok());
+  ASSERT_TRUE(there->step(5).ok());
+  EXPECT_EQ(there->hash(), session->hash());
+  const Status small = take_meshes(*scene, recording_.source, 1000);
+  ASSERT_FALSE(small.ok());
+  EXPECT_NE(small.error().message.find("<mine> has "), std::string::npos) << small.error().message;
+}
 
 TEST_F(MeshesTravel, ARecordingReplaysWhereItsMeshesAreNot) {
   record(kMostEmbedded);

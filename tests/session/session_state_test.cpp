@@ -267,6 +267,28 @@ TEST(SessionState, NothingIsLeftToUndoAndWhatIsDoneLaterIs) {
   EXPECT_TRUE(other.validate().ok());
 }
 
+TEST(SessionState, OfASnapshotItIsThatOfItsMoment) {
+  Session session = make(scene_of(Person::scene(2)));
+  Person person(2);
+  for (int i = 0; i < 4; ++i) person.act({&session});
+  if (session.in_stroke()) {
+    ASSERT_TRUE(session.end_stroke().ok());
+  }
+  const std::string then = state_of(session);
+  const auto snapshot = session.snapshot();
+  const std::uint64_t hash = session.hash();
+  for (int i = 0; i < 4; ++i) person.act({&session});
+  const auto bytes = Session::state_bytes(*snapshot);
+  ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+  EXPECT_EQ(*bytes, then);
+  if (session.in_stroke()) {
+    ASSERT_TRUE(session.end_stroke().ok());
+  }
+  EXPECT_NE(state_of(session), then);
+  ASSERT_TRUE(session.take_state(*bytes).ok());
+  EXPECT_EQ(session.hash(), hash);
+}
+
 TEST(SessionState, AnOpenStrokeIsRefusedWithTheWayOut) {
   Session session = make(scene_of("[body]\nmodel = \"sheet\"\n"));
   ASSERT_TRUE(session.begin_stroke(SceneFrame::kRest, true).ok());

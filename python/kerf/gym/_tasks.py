@@ -52,7 +52,7 @@ def given_options(given: Any, *known: str) -> dict[str, Any]:
 
 def no_copies() -> TypeError:
     """What environments say to copy and pickle."""
-    return TypeError("an environment of kerf.gym can't be copied or pickled, as its sessions can't; make another one by its name")
+    return TypeError("an environment of kerf.gym can't be copied or pickled: a task may remember anything; make another one by its name, and restore() snapshots in its sessions")
 
 
 def _of_an_episode(expert: Callable[[Any], NDArray[np.float32]]) -> Callable[[Any], NDArray[np.float32]]:

@@ -6,10 +6,34 @@
 
 #include "kerf/base/hash.h"
 #include "kerf/base/shown_text.h"
+#include "kerf/binding/bound_body_file.h"
 #include "kerf/mesh/whole_file.h"
 #include "kerf/record/recording_meshes.h"
+#include "kerf/scene/scene_body.h"
 
 namespace kerf {
+namespace {
+
+SceneSource::Mesh mesh_of(const std::string& written, std::string_view bytes) {
+  return {written, bytes.size(), bytes_hash(bytes), std::nullopt};
+}
+
+/// A body that a program has travels as the file that it would be saved to: no folder has it.
+Status take_body(const SceneBody& body, SceneSource& source, std::size_t& room) {
+  const auto taken = [&](const SceneSource::Mesh& mesh) { return mesh.written == body.bound; };
+  if (!body.loaded || std::any_of(source.meshes.begin(), source.meshes.end(), taken)) return {};
+  std::string bytes = bound_body_bytes(body.loaded->bound, nature_of(*body.loaded));
+  if (bytes.size() > room)
+    return bad_input(fmt::format(
+        "{} has {} bytes, and bodies that are in no file travel up to {} altogether; save() it, and name its file in the scene",
+        shown(body.bound), bytes.size(), kMostEmbedded));
+  room -= bytes.size();
+  source.meshes.push_back(mesh_of(body.bound, bytes));
+  source.meshes.back().content = std::move(bytes);
+  return {};
+}
+
+}  // namespace
 
 std::uint64_t bytes_hash(std::string_view bytes) {
   Hash hash;
@@ -19,7 +43,9 @@ std::uint64_t bytes_hash(std::string_view bytes) {
 
 Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
   source.meshes.clear();
-  std::size_t taken = 0;
+  std::size_t room = most;
+  KERF_TRY(take_body(scene.body, source, room));
+  for (const SceneBody& body : scene.more_bodies) KERF_TRY(take_body(body, source, room));
   for (const SceneFileUse& file : scene.files) {
     const bool uploaded = std::any_of(source.files.begin(), source.files.end(),
                                       [&](const SceneSource::File& f) { return f.name == file.written; });
@@ -27,13 +53,10 @@ Status take_meshes(const Scene& scene, SceneSource& source, std::size_t most) {
     auto read = read_whole_file(file.path, kNamedFile);
     if (!read) return read.error();
     const std::string_view bytes = read->view();
-    SceneSource::Mesh& mesh = source.meshes.emplace_back();
-    mesh.written = file.written;
-    mesh.bytes = bytes.size();
-    mesh.hash = bytes_hash(bytes);
-    if (bytes.size() > most - taken) continue;
-    taken += bytes.size();
-    mesh.content = std::string(bytes);
+    source.meshes.push_back(mesh_of(file.written, bytes));
+    if (bytes.size() > room) continue;
+    room -= bytes.size();
+    source.meshes.back().content = std::string(bytes);
   }
   return {};
 }

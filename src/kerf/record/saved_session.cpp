@@ -36,8 +36,12 @@ Result<Head> read_head(std::string_view bytes, const std::string& name) {
 }  // namespace
 
 Result<std::string> saved_session_bytes(const Session& session, const Recording& scene) {
-  auto state = session.state_bytes();
+  const auto state = session.state_bytes();
   if (!state) return state.error();
+  return saved_state_bytes(*state, scene);
+}
+
+std::string saved_state_bytes(const std::string& state, const Recording& scene) {
   Recording begin;
   begin.source = scene.source;
   begin.overrides = scene.overrides;
@@ -45,7 +49,7 @@ Result<std::string> saved_session_bytes(const Session& session, const Recording&
   std::string inside;
   ByteWriter writer(inside);
   writer(recording_text(begin));
-  writer(*state);
+  writer(state);
   std::string out(kMagic);
   ByteWriter{out}(Head{kSavedSessionVersion, 0, bytes_hash(inside)});
   return out + inside;

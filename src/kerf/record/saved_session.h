@@ -27,6 +27,8 @@ struct SavedSession {
 
 /// Bad input: as Session::state_bytes. `scene`: a recording of the session; only what it begins with is kept. Its meshes have been taken (take_meshes).
 Result<std::string> saved_session_bytes(const Session& session, const Recording& scene);
+/// The same around Session::state_bytes.
+std::string saved_state_bytes(const std::string& state, const Recording& scene);
 /// Bad input, naming the file: not a state, cut off, damaged (hash), of another version or another instruction set.
 Result<SavedSession> parse_saved_session(std::string_view bytes, const std::string& name);
 /// The state in a file. Bad input too: a file that can't be read, or is too large.

@@ -300,4 +300,8 @@ SceneBodyLoaded with_nature(BoundBody bound, const BodyNature& nature) {
   return out;
 }
 
+BodyNature nature_of(const SceneBodyLoaded& loaded) {
+  return {loaded.young, loaded.poisson, loaded.density, loaded.lattice};
+}
+
 }  // namespace kerf

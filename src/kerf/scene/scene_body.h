@@ -41,5 +41,7 @@ Result<SceneBodyLoaded> load_scene_body(const SceneBody& body, const Progress& p
 BodyNature nature_to_keep(const SceneBody& body, const SceneBodyLoaded& loaded, const BodyNature& said);
 /// The body as it comes back from such a file.
 SceneBodyLoaded with_nature(BoundBody bound, const BodyNature& nature);
+/// The nature with which with_nature makes it again.
+BodyNature nature_of(const SceneBodyLoaded& loaded);
 
 }  // namespace kerf

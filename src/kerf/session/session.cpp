@@ -122,22 +122,22 @@ Result<Session> Session::create(const Scene& scene, const Progress& progress) {
 }
 
 Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
-  notes = std::move(loaded.notes);
+  said.texts = std::move(loaded.notes);
   auto body = build_body(std::move(loaded.complex), std::move(loaded.bodies), progress);
   if (!body) return body.error();
   state.body = std::move(*body);
   cut_options = kerf::cut_options(scene);
   KERF_TRY(check_cut_options(cut_options));
   if (scene.cut.snap)
-    notes.push_back(
+    said.texts.push_back(
         "[cut] snap decides nothing: a path goes through a vertex within the minimum_feature, along the edge. Take the line out.");
   state.measures = measure_complex(state.body.complex);
   if (!(scene.cut.dust >= 0 && scene.cut.dust <= kMostDust))
     return bad_input(fmt::format(
         "dust is {} in [cut]; it is a share of the uncut body's volume and goes from 0, which leaves every piece, to {}",
         scene.cut.dust, kMostDust));
-  for (const LatticeBody& b : state.body.hex.bodies) uncut_volume.push_back(b.volume);
-  uncut_roots = state.body.complex.collision.face_count();
+  for (const LatticeBody& b : state.body.hex.bodies) uncut.volume.push_back(b.volume);
+  uncut.roots = state.body.complex.collision.face_count();
   if (scene.lesion) {
     tissue_at_start = tissue_volume(state.body.complex, *scene.lesion);
     pieces_at_start = collision_pieces(state.body.complex).count;
@@ -154,10 +154,10 @@ Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
   state.model = std::move(*model);
   KERF_TRY(sync_all(state.body.hex, state.materials, state.model, state.mechanics));
   KERF_TRY(state.model.validate());
-  uncut_filled.assign(state.model.materials().size(), 0.0);
+  uncut.filled.assign(state.model.materials().size(), 0.0);
   for (const HexId h : ids<HexId>(state.body.hex.hex_count()))
     if (state.body.hex.alive(h))
-      uncut_filled[static_cast<std::size_t>(state.model.element(h).material)] += state.body.hex.material[h].mass_volume;
+      uncut.filled[static_cast<std::size_t>(state.model.element(h).material)] += state.body.hex.material[h].mass_volume;
 
   step_options.dt = scene.simulation.time_step;
   step_options.gravity = state.gravity = scene.simulation.gravity;
@@ -176,12 +176,12 @@ Status Session::Impl::prepare(SceneBodies&& loaded, const Progress& progress) {
     state.tools.push_back(tool_at_start(tool));
     state.mechanics.tools.push_back(tool_state(tool));
   }
-  KERF_TRY(prepare_contact(scene, state.body, notes, contact));
+  KERF_TRY(prepare_contact(scene, state.body, said.texts, contact));
   for (std::size_t i = 0; i < scene.fixes.size(); ++i)
     KERF_TRY(fix(scene.fixes[i].region,
                  fmt::format("{}[[fix]] number {}", scene_place(scene, scene.fixes[i].region.line), i + 1)));
   if (!scene.bonds.empty()) {
-    auto made = make_bonds(scene, state.body, state.model, notes);
+    auto made = make_bonds(scene, state.body, state.model, said.texts);
     if (!made) return made.error();
     bonds = std::move(*made);
     list_root_triangles(state.body.complex.collision, root_triangles);
@@ -261,6 +261,8 @@ int Session::redo_depth() const { return static_cast<int>(impl_->state.redo.size
 std::shared_ptr<const SessionSnapshot> Session::snapshot() const {
   auto snapshot = std::make_shared<SessionSnapshot>();
   snapshot->state = impl_->state;
+  snapshot->uncut = impl_->uncut;
+  snapshot->said = impl_->said;
   return snapshot;
 }
 void Session::restore(const std::shared_ptr<const SessionSnapshot>& snapshot) {
@@ -365,7 +367,7 @@ void Session::visual_skin(std::vector<Vec3f>& positions, std::vector<Vec3f>& nor
   }
 }
 const std::vector<StrokeRecord>& Session::strokes() const { return impl_->state.strokes; }
-const std::vector<std::string>& Session::notes() const { return impl_->notes; }
+const std::vector<std::string>& Session::notes() const { return impl_->said.texts; }
 
 BodyCounts Session::counts() const { return count_body(impl_->state.body); }
 

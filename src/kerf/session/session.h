@@ -228,6 +228,8 @@ class Session {
   /// The state as bytes, for take_state() of a session of the same scene, in any process with the same instruction set. Undo steps are not in it, nor times
   /// that a clock measured: same scene and commands, same bytes. Bad input: a stroke is open.
   [[nodiscard]] Result<std::string> state_bytes() const;
+  /// The same of the state that a snapshot holds.
+  [[nodiscard]] static Result<std::string> state_bytes(const SessionSnapshot& snapshot);
   /// Goes on from there, to the bit; there is nothing to undo. Bad input, and nothing has changed: damaged bytes, or those of another scene or another body.
   Status take_state(std::string_view bytes);
 

@@ -19,7 +19,7 @@ std::vector<std::uint8_t> Session::Impl::dust_of_stroke(RemovalReport& report) {
   const CollisionMesh& mesh = state.body.complex.collision;
   if (!bonds.empty()) return {};
   if (!(scene.cut.dust > 0) || record.after.pieces <= record.before.pieces) return {};
-  const double most = *std::max_element(uncut_volume.begin(), uncut_volume.end());
+  const double most = *std::max_element(uncut.volume.begin(), uncut.volume.end());
   std::vector<SmallPiece> small =
       small_pieces(state.body.complex, changed_triangles(state.body.complex, state.stroke->start),
                    scene.cut.dust * most, cut_scratch);
@@ -29,7 +29,7 @@ std::vector<std::uint8_t> Session::Impl::dust_of_stroke(RemovalReport& report) {
   // What hardly anything is left of keeps its heaviest piece.
   const Pieces pieces = collision_pieces(mesh);
   const std::vector<double> masses = masses_of(pieces);
-  std::vector<std::int32_t> heaviest(uncut_volume.size(), -1);
+  std::vector<std::int32_t> heaviest(uncut.volume.size(), -1);
   for (const CollisionTriangle f : ids<CollisionTriangle>(mesh.face_count())) {
     const std::int32_t piece = piece_of_triangle(pieces, f);
     std::int32_t& best = heaviest[static_cast<std::size_t>(state.body.hex.body_of(mesh.root[f]))];
@@ -51,7 +51,7 @@ bool Session::Impl::is_dust(const SmallPiece& piece) {
   const Body& body = state.body;
   const CollisionMesh& mesh = body.complex.collision;
   const auto own_body = static_cast<std::size_t>(body.hex.body_of(mesh.root[piece.triangles.front()]));
-  if (!(piece.volume < scene.cut.dust * uncut_volume[own_body])) return false;
+  if (!(piece.volume < scene.cut.dust * uncut.volume[own_body])) return false;
 
   for (const CollisionTriangle f : piece.triangles)
     for (const Piece& part : body.hex.pieces_of(f))
@@ -87,12 +87,12 @@ bool Session::Impl::is_dust(const SmallPiece& piece) {
 
 double Session::Impl::share_of_uncut(double volume) const {
   double sum = 0;
-  for (const double v : uncut_volume) sum += v;
+  for (const double v : uncut.volume) sum += v;
   return sum > 0 ? volume / sum : 0;
 }
 
 void Session::Impl::note_dust(const RemovalReport& dust, const std::string& place) {
-  if (++dust_notes > kMostDustNotes)
+  if (++said.dust > kMostDustNotes)
     return add_note(
         fmt::format("dust was swept up after more than {} strokes: see what their entries in the report have removed",
                     kMostDustNotes));

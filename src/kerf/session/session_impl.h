@@ -135,9 +135,25 @@ struct SessionState {
   SessionState& operator=(SessionState&&) = default;
 };
 
+/// All bodies as they were made.
+struct UncutBodies {
+  std::size_t roots = 0;       ///< root triangles
+  std::vector<double> volume;  ///< m^3, of each body
+  std::vector<double> filled;  ///< m^3 of each material, as the hexahedra have it
+};
+
+/// What notes() says, and how often there was cause for each kind.
+struct SessionNotes {
+  std::vector<std::string> texts;
+  int uncut = 0, leaning = 0, dust = 0;
+  bool slowing = false;
+};
+
 class SessionSnapshot {
  public:
   SessionState state;
+  UncutBodies uncut;
+  SessionNotes said;
 };
 
 /// Vertices within `radius` of a point, at least the closest one.
@@ -149,15 +165,11 @@ struct Session::Impl {
   Scene scene;
   CutOptions cut_options;
   StepOptions step_options;
-  std::vector<std::string> notes;
-  int uncut_notes = 0, leaning_notes = 0;
+  SessionNotes said;
   TissueVolume tissue_at_start;  ///< in scenes with a lesion
   int pieces_at_start = 1;
-  std::size_t uncut_roots = 0;           ///< root triangles
-  std::vector<double> uncut_volume;      ///< m^3, of each body
-  std::vector<double> uncut_filled;      ///< m^3 of each material, as the hexahedra have it
+  UncutBodies uncut;
   std::optional<ComplexRenaming> swept;  ///< ids that the dust of the last stroke to end has changed
-  int dust_notes = 0;
   SessionState state;
   BodyBonds bonds;
 
@@ -175,7 +187,6 @@ struct Session::Impl {
   std::array<MechanicsState, 2> before_part;  ///< and a part of it, by how often that may be tried again
   DetectMemory touched_before, touched_part;
   SpeedCapWork speed_cap;
-  bool slowing_noted = false;
   int parts = 1;  ///< of the last step
   double detection_seconds = 0;
   std::uint64_t forces_of = 0;               ///< topology version of the step that the workspace holds

@@ -44,7 +44,8 @@ std::optional<Leading> leading(const SceneCommand& c) {
 }  // namespace
 
 void Session::Impl::add_note(std::string note) {
-  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(std::move(note));
+  std::vector<std::string>& texts = said.texts;
+  if (std::find(texts.begin(), texts.end(), note) == texts.end()) texts.push_back(std::move(note));
 }
 
 std::string Session::Impl::name_of_body(std::int32_t body) const {
@@ -130,7 +131,7 @@ void Session::Impl::note_far_point(const std::string& what, const std::vector<Ve
 void Session::Impl::note_uncut(const UncutPath& path) {
   if (path.reason == UncutReason::kNone || !state.stroke || state.stroke->uncut_noted) return;
   state.stroke->uncut_noted = true;
-  if (++uncut_notes > kMostUncutNotes)
+  if (++said.uncut > kMostUncutNotes)
     return add_note(fmt::format(
         "parts of cuts were left uncut in more than {} strokes: see their counts of refused steps", kMostUncutNotes));
   add_note(fmt::format(
@@ -142,7 +143,7 @@ void Session::Impl::note_uncut(const UncutPath& path) {
 void Session::Impl::note_leaning() {
   const LeaningCut& leaning = state.stroke->leaning;
   if (leaning.distance <= kBesideBlade * leaning.thickness) return;
-  if (++leaning_notes > kMostLeaningNotes)
+  if (++said.leaning > kMostLeaningNotes)
     return add_note(
         fmt::format("blades leaned in more than {} strokes: walls stand square on the mid-surface", kMostLeaningNotes));
   add_note(fmt::format(
@@ -201,8 +202,8 @@ bool Session::Impl::ends_in_thickness(const ActiveStroke& stroke) {
 }
 
 void Session::Impl::note_slowing(const StepReport& report) {
-  if (report.slowed_nodes == 0 || slowing_noted) return;
-  slowing_noted = true;
+  if (report.slowed_nodes == 0 || said.slowing) return;
+  said.slowing = true;
   add_note(fmt::format(
       "at {:.6g} s nodes moved at {:.3g} m/s, faster than a time step of {:.4g} s can follow, and were slowed down "
       "(slowed_nodes in report.json counts them); take a shorter time_step, or look for a load, a gravity, a move or a stiffness (young) that is out of scale",

@@ -94,8 +94,8 @@ PieceMasses Session::piece_masses() const {
     all.mass.push_back(mass[p]);
     all.copy.push_back(copy[p]);
   }
-  for (std::size_t m = 0; m < s.uncut_filled.size(); ++m)
-    all.uncut += s.state.model.materials()[m].density * s.uncut_filled[m];
+  for (std::size_t m = 0; m < s.uncut.filled.size(); ++m)
+    all.uncut += s.state.model.materials()[m].density * s.uncut.filled[m];
   return all;
 }
 

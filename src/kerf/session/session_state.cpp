@@ -127,55 +127,55 @@ const char* fault_of(const SessionState& state, const SessionState& other, const
   return nullptr;
 }
 
-std::string way_out_of(const ActiveStroke& stroke, const Scene& scene) {
+std::string way_out_of(const ActiveStroke& stroke) {
   if (stroke.tool >= 0)
-    return fmt::format(
-        "tool \"{}\" is cutting, and half a cut can't be saved; lead its edge out of the body, and save then",
-        scene.tools[static_cast<std::size_t>(stroke.tool)].id);
+    return "a tool is cutting, and half a cut can't be saved; lead its edge out of the body, and save then";
   if (stroke.from_command) return "a stroke of the scene is under way, and half a cut can't be saved; save after it";
   return "a stroke is open, and half a cut can't be saved; end or cancel it, and save then";
 }
 
-}  // namespace
-
-Result<std::string> Session::state_bytes() const {
-  const Impl& s = *impl_;
-  if (s.state.stroke) return bad_input(way_out_of(*s.state.stroke, s.scene));
+Result<std::string> bytes_of(const UncutBodies& uncut, const SessionState& the_state, const SessionNotes& said) {
+  if (the_state.stroke) return bad_input(way_out_of(*the_state.stroke));
   std::string out;
   ByteWriter writer(out);
-  writer(s.uncut_volume), writer(s.uncut_filled);
-  SessionState& state = const_cast<SessionState&>(s.state);  // a writer only reads; arrays are listed for both
+  writer(uncut.volume), writer(uncut.filled);
+  SessionState& state = const_cast<SessionState&>(the_state);  // a writer only reads; arrays are listed for both
   visit_state(writer, state);
   std::vector<StrokeRecord> strokes = state.strokes;
   for (StrokeRecord& record : strokes)
     record.times = {}, record.removed.seconds = 0;  // no clock: same life, same bytes
   writer(strokes);
   writer(state.model.given_matrices());
-  writer(s.notes), writer(s.uncut_notes), writer(s.leaning_notes), writer(s.dust_notes), writer(s.slowing_noted);
+  writer(said);
   return out;
+}
+
+}  // namespace
+
+Result<std::string> Session::state_bytes() const { return bytes_of(impl_->uncut, impl_->state, impl_->said); }
+Result<std::string> Session::state_bytes(const SessionSnapshot& snapshot) {
+  return bytes_of(snapshot.uncut, snapshot.state, snapshot.said);
 }
 
 Status Session::take_state(std::string_view bytes) {
   Impl& s = *impl_;
   ByteReader reader(bytes);
-  std::vector<double> uncut_volume, uncut_filled, given;
-  reader(uncut_volume), reader(uncut_filled);
+  std::vector<double> volume, filled, given;
+  reader(volume), reader(filled);
   if (!reader.ok()) return damaged("its beginning");
-  if (uncut_volume != s.uncut_volume || uncut_filled != s.uncut_filled)
+  if (volume != s.uncut.volume || filled != s.uncut.filled)
     return bad_input(
         "this state is of another body: what the scene makes or reads is not what it was when the state was saved; bring the mesh files as they were");
   SessionState state;
   visit_state(reader, state);
   reader(state.strokes);
   reader(given);
-  std::vector<std::string> notes;
-  int uncut_notes = 0, leaning_notes = 0, dust_notes = 0;
-  bool slowing_noted = false;
-  reader(notes), reader(uncut_notes), reader(leaning_notes), reader(dust_notes), reader(slowing_noted);
+  SessionNotes said;
+  reader(said);
   if (!reader.ok() || reader.left() > 0) return damaged("its length");
   Counts counts;
   state.body.for_each_array(counts);
-  if (const char* fault = fault_of(state.body, reader, counts, s.uncut_roots)) return damaged(fault);
+  if (const char* fault = fault_of(state.body, reader, counts, s.uncut.roots)) return damaged(fault);
   if (!state.model.adopt_parts(given)) return damaged("mechanics");
   if (const char* fault = fault_of(state, s.state, s.scene)) return damaged(fault);
 
@@ -184,9 +184,7 @@ Status Session::take_state(std::string_view bytes) {
   state.topology_version =
       std::max(state.topology_version, s.state.topology_version) + 1;  // whoever watches must look again
   s.state = std::move(state);
-  s.notes = std::move(notes);
-  s.uncut_notes = uncut_notes, s.leaning_notes = leaning_notes, s.dust_notes = dust_notes;
-  s.slowing_noted = slowing_noted;
+  s.said = std::move(said);
   s.state_is_another();
   s.make_room();
   s.mark_synced();

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -327,6 +328,62 @@ TEST(SessionState, BytesThatAreCutOffAreRefused) {
   }
   EXPECT_FALSE(other.take_state(good + "x").ok());
   EXPECT_EQ(other.hash(), before);
+}
+
+/// A state in which a few numbers are others: small ones, ids, whatever a byte may be, and what is no number.
+std::string lying(std::string bytes, Random& random) {
+  for (int i = random.index(4); i >= 0; --i) {
+    const bool wide = random.index(3) == 0;
+    const std::size_t width = wide ? 8 : 4;
+    const auto at = static_cast<std::size_t>(random.next() % (bytes.size() - width + 1)) / 4 * 4;
+    const std::array<double, 6> doubles = {0, -1, 1e300, std::nan(""), HUGE_VAL, random.uniform(-1, 1)};
+    const std::array<std::int32_t, 7> numbers = {
+        0, -1, 1, random.index(300), 2147483647, -2147483647 - 1, random.index(100000)};
+    const double wide_one = doubles[static_cast<std::size_t>(random.index(6))];
+    const std::int32_t narrow_one = numbers[static_cast<std::size_t>(random.index(7))];
+    if (wide) std::memcpy(bytes.data() + at, &wide_one, 8);
+    else std::memcpy(bytes.data() + at, &narrow_one, 4);
+  }
+  return bytes;
+}
+
+// Whoever makes a state to harm can seal it with the right hash. It is refused, or it is a state like any other.
+TEST(SessionState, BytesThatLieDoNoHarm) {
+  const char* seconds = std::getenv("KERF_FUZZ_SECONDS");
+  const char* given = std::getenv("KERF_FUZZ_SEED");
+  const std::uint64_t first = given != nullptr ? std::strtoull(given, nullptr, 10) : 1;
+  const auto start = std::chrono::steady_clock::now();
+  std::uint64_t seed = first, taken = 0;
+  const auto more = [&] {
+    if (seconds == nullptr) return seed < first + 100;
+    return std::chrono::steady_clock::now() - start < std::chrono::duration<double>(std::atof(seconds));
+  };
+  for (std::uint64_t scene = first; more(); ++scene) {
+    Session session = make(scene_of(Person::scene(scene)));
+    Person person(scene);
+    for (int i = 0; i < 4; ++i) person.act({&session});
+    if (session.in_stroke()) {
+      ASSERT_TRUE(session.end_stroke().ok());
+    }
+    const std::string good = state_of(session);
+    for (int i = 0; i < 50 && more(); ++i, ++seed) {
+      if (seconds != nullptr) fmt::print(stderr, "{}/{}\n", scene, seed);
+      Random random(seed);
+      const std::uint64_t before = session.hash();
+      if (!session.take_state(lying(good, random)).ok()) {
+        ASSERT_EQ(session.hash(), before) << seed;
+        continue;
+      }
+      ++taken;
+      EXPECT_TRUE(session.validate().ok()) << seed;
+      Person other(seed);
+      for (int k = 0; k < 3; ++k) other.act({&session});
+      for (const Vec3 p : session.node_positions()) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z)) << seed;
+      const Status back = session.take_state(good);
+      ASSERT_TRUE(back.ok()) << seed << ": " << back.error().message;
+    }
+  }
+  if (seconds != nullptr) fmt::print("{} lies, {} taken\n", seed - first, taken);
 }
 
 }  // namespace

@@ -205,6 +205,7 @@ class ByteReader {
   template <class T>
   void note(const T& value) {
     if constexpr (bytes::IdTag<T>::value) {
+      if (value.value < -1) return fail();
       for (auto& [kind, id] : greatest_)
         if (kind == &bytes::IdTag<T>::kind) {
           id = std::max(id, value.value);

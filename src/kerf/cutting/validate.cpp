@@ -79,7 +79,7 @@ Status check_topology(const M& mesh, const char* name, Plane&& plane) {
         return broken("{}: two edges join vertices {} and {}", name, mesh.from(in).value, v.value);
     }
     if (star.empty()) return broken("{}: vertex {} belongs to no face", name, v.value);
-    if (mesh.from(mesh.outgoing[v]) != v)
+    if (!mesh.twin.contains(mesh.outgoing[v]) || mesh.from(mesh.outgoing[v]) != v)
       return broken("{}: outgoing half-edge of vertex {} starts elsewhere", name, v.value);
     std::size_t count = 0;
     bool one_name = true;

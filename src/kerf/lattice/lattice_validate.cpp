@@ -101,11 +101,53 @@ std::size_t count_plain_nodes(const HexMesh& hex) {
   return static_cast<std::size_t>(std::count(used.begin(), used.end(), 1));
 }
 
+namespace {
+
+/// Lists of tips: each in that of its vertex, the active ones in that of their cell.
+Status check_tips(const CollisionMesh& mesh, const HexMesh& hex) {
+  std::vector<std::uint8_t> of_vertex(hex.tips.size(), 0), in_cell(hex.tips.size(), 0);
+  const auto wrong = [](TipId t, const char* what) { return failed(fmt::format("tip {}: {}", t.value, what)); };
+  for (const CollisionVertex v : ids<CollisionVertex>(mesh.vertex_count()))
+    for (TipId t = hex.vertex_tip[v]; t.valid(); t = hex.tips[t].next_of_vertex)
+      if (hex.tips[t].vertex != v || of_vertex[t.index()]++ > 0) return wrong(t, "is listed at another vertex");
+  for (const CellId c : ids<CellId>(hex.cell_count()))
+    for (TipId t = hex.first_tip[c]; t.valid(); t = hex.tips[t].next_in_cell)
+      if (!hex.tips[t].active || hex.tips[t].cell != c || in_cell[t.index()]++ > 0)
+        return wrong(t, "is listed in another cell");
+  for (const TipId t : ids<TipId>(hex.tips.size())) {
+    const TipCell& tip = hex.tips[t];
+    if (!tip.active) continue;
+    if (of_vertex[t.index()] != 1 || in_cell[t.index()] != 1) return wrong(t, "is in no list");
+    if (!is_finite(tip.point) || !is_finite(tip.direction) || !is_finite(tip.normal)) return wrong(t, "is not finite");
+  }
+  return {};
+}
+
+/// Lists of copies that were given to others, and links.
+Status check_copies(const HexMesh& hex) {
+  std::vector<std::uint8_t> listed(hex.hex_count(), 0);
+  for (const HexId h : ids<HexId>(hex.hex_count()))
+    for (HexId g = hex.first_guest[h]; g.valid(); g = hex.next_guest[g])
+      if (hex.absorber[g] != h || listed[g.index()]++ > 0)
+        return failed(fmt::format("copy {} is listed as a guest of {}", g.value, h.value));
+  for (const LatticeRun& run : hex.links.raw())
+    for (std::int32_t i = 0; i < run.count; ++i)
+      for (const HexId h : hex.link_pool[LatticePoolIndex(run.first + i)])
+        if (!hex.cell.contains(h)) return failed("a link between copies ends nowhere");
+  for (const PrismCorners& corners : hex.prism_corner.raw())
+    if (!is_finite(corners.minus) || !is_finite(corners.plus)) return failed("a corner of a prism is not finite");
+  return {};
+}
+
+}  // namespace
+
 Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
+  KERF_TRY(check_tips(mesh, hex));
+  KERF_TRY(check_copies(hex));
   std::vector<std::int32_t> uses(hex.node_count(), 0), pieces(hex.hex_count(), 0), in_cell(hex.hex_count(), 0);
   for (const CellId c : ids<CellId>(hex.cell_count()))
     for (HexId h = hex.first_copy[c]; h.valid(); h = hex.next_in_cell[h]) {
-      ++in_cell[h.index()];
+      if (++in_cell[h.index()] > 1) return failed(fmt::format("copy {} is listed twice", h.value));
       if (hex.state[h] == HexState::kDead)
         return failed(fmt::format("dead copy {} is still listed in its cell", h.value));
       if (hex.cell_id(hex.cell[h]) != c) return failed(fmt::format("copy {} is listed in another cell", h.value));
@@ -135,7 +177,7 @@ Status validate_lattice(const CollisionMesh& mesh, const HexMesh& hex) {
     if (hex.alive(h) != (host == h) || hex.alive(h) == hex.absorber[h].valid())
       return failed(fmt::format("copy {}: state, host and absorber disagree", h.value));
     HexId end = h;
-    while (hex.absorber[end].valid()) end = hex.absorber[end];
+    for (std::size_t i = 0; i < hex.hex_count() && hex.absorber[end].valid(); ++i) end = hex.absorber[end];
     if (end != host)
       return failed(fmt::format("copy {}: host {} is not the end of its absorbers", h.value, host.value));
     const HexMaterial& m = hex.material[h];

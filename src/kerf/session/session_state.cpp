@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 
 #include "kerf/base/bytes.h"
 #include "kerf/session/session_impl.h"
-#include "kerf/session/tolerances.h"
 
 namespace kerf {
 namespace {
@@ -58,7 +58,8 @@ bool all_ids_exist(const ByteReader& reader, const Counts& counts) {
 /// Runs of a pool lie in it.
 template <class Run>
 bool lies_in(const Run& run, std::size_t pool) {
-  return run.count <= 0 || (run.first >= 0 && std::int64_t{run.first} + run.count <= static_cast<std::int64_t>(pool));
+  return run.first >= -1 && run.count >= -1 && (run.count <= 0 || run.first >= 0) &&
+         std::int64_t{run.first} + std::max(run.count, 0) <= static_cast<std::int64_t>(pool);
 }
 template <class I, class Run>
 bool lie_in(const Journaled<I, Run>& runs, std::size_t pool) {
@@ -70,6 +71,24 @@ bool lie_in(const Journaled<I, std::array<Run, 2>>& runs, std::size_t pool) {
                      [pool](const std::array<Run, 2>& two) { return lies_in(two[0], pool) && lies_in(two[1], pool); });
 }
 
+template <class T>
+bool same_bytes(const T& a, const T& b) {
+  std::string one, other;
+  ByteWriter{one}(a), ByteWriter{other}(b);
+  return one == other;
+}
+
+/// The bodies that they are of: shaving changes their volume, nothing changes the rest.
+bool same_bodies(const Body& a, const Body& b) {
+  std::vector<LatticeBody> bodies = a.hex.bodies;
+  for (std::size_t i = 0; i < bodies.size() && i < b.hex.bodies.size(); ++i) {
+    if (!std::isfinite(bodies[i].volume)) return false;
+    bodies[i].volume = b.hex.bodies[i].volume;
+  }
+  return a.complex.closed == b.complex.closed && same_bytes(a.complex.mean_root_edge, b.complex.mean_root_edge) &&
+         same_bytes(bodies, b.hex.bodies);
+}
+
 /// Which numbers of the body mean nothing that is there; null: all do.
 const char* fault_of(const Body& body, const ByteReader& reader, const Counts& counts, std::size_t roots) {
   const CollisionMesh& c = body.complex.collision;
@@ -78,11 +97,7 @@ const char* fault_of(const Body& body, const ByteReader& reader, const Counts& c
   if (!counts.agree || counts.of<CollisionHalfEdge>() != 3 * counts.of<CollisionTriangle>() ||
       counts.of<VisualHalfEdge>() != 3 * counts.of<VisualTriangle>())
     return "counts";
-  for (const LatticeBody& b : h.bodies)
-    for (const std::int32_t n : b.frame.count)
-      if (n < 1 || n > kMostCellsAlong) return "lattice";
-  if (h.bodies.empty() || counts.of<CellId>() != h.cell_count() || counts.of<LatticeFaceId>() != 3 * h.cell_count())
-    return "cells";
+  if (counts.of<CellId>() != h.cell_count() || counts.of<LatticeFaceId>() != 3 * h.cell_count()) return "cells";
   if (!all_ids_exist<CollisionVertex, CollisionHalfEdge, CollisionTriangle, VisualVertex, VisualHalfEdge,
                      VisualTriangle, WallId, HexId, NodeId, CellId, TipId, RenderVertex>(reader, counts))
     return "ids";
@@ -173,6 +188,7 @@ Status Session::take_state(std::string_view bytes) {
   SessionNotes said;
   reader(said);
   if (!reader.ok() || reader.left() > 0) return damaged("its length");
+  if (!same_bodies(state.body, s.state.body)) return damaged("bodies");
   Counts counts;
   state.body.for_each_array(counts);
   if (const char* fault = fault_of(state.body, reader, counts, s.uncut.roots)) return damaged(fault);
@@ -183,7 +199,11 @@ Status Session::take_state(std::string_view bytes) {
   if (!state.materials.held.changes.empty()) state.materials.held.trace(state.body.hex);
   state.topology_version =
       std::max(state.topology_version, s.state.topology_version) + 1;  // whoever watches must look again
-  s.state = std::move(state);
+  std::swap(s.state, state);
+  if (const Status valid = validate(); !valid) {
+    std::swap(s.state, state);
+    return damaged(valid.error().message.c_str());
+  }
   s.said = std::move(said);
   s.state_is_another();
   s.make_room();

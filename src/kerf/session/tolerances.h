@@ -106,8 +106,4 @@ inline constexpr double kPairTolerance = 0.1;
 /// tool, 0.02 mm rms. Half: 0.12 and 0.016, with 1.4 times the corners. Double: 0.16 and 0.03.
 inline constexpr double kOutlineOfPath = 0.25;
 
-/// Cells along an axis that a saved state may have: as many as a bound body may hint at. At half, some lattices could not be saved; at double, their
-/// number could pass 64 bits.
-inline constexpr std::int32_t kMostCellsAlong = 1 << 20;
-
 }  // namespace kerf

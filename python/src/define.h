@@ -28,4 +28,16 @@ auto refuse_to_make(const char* whence) {
 }
 inline const nanobind::sig kRefusesToMake{"def __init__(self) -> typing.NoReturn"};
 
+/// copy and deepcopy of what never changes: itself. The signatures are for the stubs.
+template <class T>
+void copy_is_itself(nanobind::class_<T>& made, const nanobind::sig& copy, const nanobind::sig& deepcopy) {
+  using Self = nanobind::handle_t<T>;
+  constexpr const char* kWhy = "Itself: it never changes.";
+  made.def(
+      "__copy__", [](Self self) { return nanobind::borrow(self); }, copy, kWhy);
+  made.def(
+      "__deepcopy__", [](Self self, nanobind::handle) { return nanobind::borrow(self); }, nanobind::arg("memo"),
+      deepcopy, kWhy);
+}
+
 }  // namespace kerf::python

@@ -80,12 +80,14 @@ MemoryBody bind_body(nb::handle visual, nb::handle collision, const nb::dict& op
 }  // namespace
 
 void define_bodies(nb::module_& m) {
-  nb::class_<MemoryBody>(
+  nb::class_<MemoryBody> body(
       m, "Body", R"(A body that is bound and can be cut: of kerf.bind() or kerf.load(), for kerf.Session and save().
 
 It never changes, and any number of sessions in any threads may have it. Lengths are metres. Arrays are read-only.
-It can be pickled, for other processes, with all but its diagnosis and notes.)")
-      .def("__init__", refuse_to_make<MemoryBody>("a body comes from kerf.bind() or kerf.load()"), kRefusesToMake)
+It can be pickled, for other processes, with all but its diagnosis and notes.)");
+  copy_is_itself(body, nb::sig("def __copy__(self) -> Body"),
+                 nb::sig("def __deepcopy__(self, memo: typing.Any) -> Body"));
+  body.def("__init__", refuse_to_make<MemoryBody>("a body comes from kerf.bind() or kerf.load()"), kRefusesToMake)
       .def(
           "save",
           [](const MemoryBody& self, nb::handle path) {
@@ -102,12 +104,6 @@ An existing file is replaced, but none that the body was made from. kerf.Error: 
                                   nb::make_tuple(self.bytes(), self.title()));
           },
           "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"))
-      .def(
-          "__copy__", [](nb::handle_t<MemoryBody> self) { return nb::borrow(self); },
-          nb::sig("def __copy__(self) -> Body"), "Itself: it never changes.")
-      .def(
-          "__deepcopy__", [](nb::handle_t<MemoryBody> self, nb::handle) { return nb::borrow(self); }, "memo"_a,
-          nb::sig("def __deepcopy__(self, memo: typing.Any) -> Body"), "Itself: it never changes.")
       .def("_scene_text", &MemoryBody::scene_text, "name"_a)
       .def("__repr__",
            [](const MemoryBody& self) {

@@ -36,8 +36,10 @@ PictureView view_of(nb::handle eye, nb::handle target, nb::handle up, double fie
 }
 
 void define_sessions(nb::module_& m) {
-  nb::class_<Snapshot>(m, "Snapshot", "A state of one session, to go back to with its restore().")
-      .def("__init__", refuse_to_make<Snapshot>("a snapshot comes from snapshot() of a kerf.Session"), kRefusesToMake)
+  nb::class_<Snapshot> state(m, "Snapshot", "A state of one session, to go back to with its restore().");
+  copy_is_itself(state, nb::sig("def __copy__(self) -> Snapshot"),
+                 nb::sig("def __deepcopy__(self, memo: typing.Any) -> Snapshot"));
+  state.def("__init__", refuse_to_make<Snapshot>("a snapshot comes from snapshot() of a kerf.Session"), kRefusesToMake)
       .def(
           "__reduce_ex__",
           [](const Snapshot& self, nb::handle) {
@@ -45,13 +47,7 @@ void define_sessions(nb::module_& m) {
             return nb::make_tuple(nb::module_::import_("kerf._session").attr("unpickled_snapshot"),
                                   nb::make_tuple(nb::bytes(bytes.data(), bytes.size())));
           },
-          "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"))
-      .def(
-          "__copy__", [](nb::handle_t<Snapshot> self) { return nb::borrow(self); },
-          nb::sig("def __copy__(self) -> Snapshot"), "Itself: it never changes.")
-      .def(
-          "__deepcopy__", [](nb::handle_t<Snapshot> self, nb::handle) { return nb::borrow(self); }, "memo"_a,
-          nb::sig("def __deepcopy__(self, memo: typing.Any) -> Snapshot"), "Itself: it never changes.");
+          "protocol"_a, nb::sig("def __reduce_ex__(self, protocol: typing.SupportsIndex, /) -> typing.Any"));
   m.def(
       "snapshot_of_bytes",
       [](nb::bytes data) {

@@ -22,6 +22,9 @@ TEST(ValidateComplex, SeesEveryKindOfDamage) {
   };
   const Damage damages[] = {
       {"twin", [](CellComplex& b) { b.visual.twin.set(VH(7), VH{}); }},
+      {"a fan that starts nowhere", [](CellComplex& b) { b.visual.outgoing.set(VisualVertex(7), VH{}); }},
+      {"a collision fan that starts nowhere",
+       [](CellComplex& b) { b.collision.outgoing.set(CollisionVertex(2), CH{}); }},
       {"twins parted",
        [](CellComplex& b) {
          b.visual.twin.set(b.visual.twin[VH(7)], VH{});

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "kerf/base/hash.h"
 #include "kerf/lattice/lattice_build.h"
 #include "kerf/lattice/lattice_validate.h"
@@ -72,6 +74,81 @@ TEST(LatticeAdapt, RandomBodiesWithRandomWalkCutsEqualAFreshLatticeAndHaveThePie
   }
   EXPECT_GT(several, 10);  // the cuts do separate
   EXPECT_GT(absorbed, copies / 20);
+}
+
+// Each list and link of the lattice, made wrong once in a lattice that is right: it is told, and no loop is followed for ever.
+TEST(LatticeValidate, TellsEveryListThatIsWrong) {
+  Random random(1003);
+  RandomBody body = random_body(random);
+  HexMesh right = std::move(build_lattice(body.mesh, body.frame, 1.5)).value();
+  LatticeScratch scratch;
+  LatticeChange change;
+  for (int cut = 0; cut < 5; ++cut) {
+    std::vector<CollisionTriangle> changed;
+    random_walk_cut(body.mesh, random, 6, changed);
+    adapt_lattice(body.mesh, right, changed, scratch, change);
+  }
+  ASSERT_TRUE(validate_lattice(body.mesh, right).ok());
+  const auto told = [&](const char* what, auto&& spoil) {
+    HexMesh wrong = right;
+    ASSERT_TRUE(spoil(wrong)) << what << ": the body has none";
+    EXPECT_FALSE(validate_lattice(body.mesh, wrong).ok()) << what;
+  };
+  told("a cell's copies loop", [](HexMesh& hex) {
+    hex.next_in_cell.set(HexId(0), HexId(0));
+    return true;
+  });
+  const auto spoil_tip = [](HexMesh& hex, auto&& change_tip) {
+    for (const TipId t : ids<TipId>(hex.tips.size())) {
+      TipCell tip = hex.tips[t];
+      if (!tip.active) continue;
+      change_tip(t, tip);
+      hex.tips.set(t, tip);
+      return true;
+    }
+    return false;
+  };
+  told("a vertex's tips loop",
+       [&](HexMesh& hex) { return spoil_tip(hex, [](TipId t, TipCell& tip) { tip.next_of_vertex = t; }); });
+  told("a cell's tips loop",
+       [&](HexMesh& hex) { return spoil_tip(hex, [](TipId t, TipCell& tip) { tip.next_in_cell = t; }); });
+  told("a tip is another vertex's", [&](HexMesh& hex) {
+    return spoil_tip(hex, [](TipId, TipCell& tip) { tip.vertex = CollisionVertex(tip.vertex.value == 0 ? 1 : 0); });
+  });
+  told("a tip is in no list",
+       [&](HexMesh& hex) { return spoil_tip(hex, [&](TipId, TipCell& tip) { hex.first_tip.set(tip.cell, {}); }); });
+  told("a tip is nowhere",
+       [&](HexMesh& hex) { return spoil_tip(hex, [](TipId, TipCell& tip) { tip.point.x = std::nan(""); }); });
+  told("guests loop", [](HexMesh& hex) {
+    for (const HexId h : ids<HexId>(hex.hex_count()))
+      if (const HexId g = hex.first_guest[h]; g.valid()) {
+        hex.next_guest.set(g, g);
+        return true;
+      }
+    return false;
+  });
+  told("absorbers loop", [](HexMesh& hex) {
+    for (const HexId h : ids<HexId>(hex.hex_count()))
+      if (hex.absorber[h].valid()) {
+        hex.absorber.set(h, h);
+        return true;
+      }
+    return false;
+  });
+  told("a link ends nowhere", [](HexMesh& hex) {
+    for (const LatticeRun& run : hex.links.raw())
+      if (run.count > 0) {
+        hex.link_pool.set(LatticePoolIndex(run.first), HexLink{HexId(0), HexId{}});
+        return true;
+      }
+    return false;
+  });
+  told("a prism is nowhere", [](HexMesh& hex) {
+    PrismCorners corners = hex.prism_corner[CollisionVertex(0)];
+    corners.plus.y = std::nan("");
+    hex.prism_corner.set(CollisionVertex(0), corners);
+    return true;
+  });
 }
 
 TEST(LatticeAdapt, CutsThatSplitTrianglesEqualAFreshLattice) {

@@ -230,7 +230,8 @@ class Session {
   [[nodiscard]] Result<std::string> state_bytes() const;
   /// The same of the state that a snapshot holds.
   [[nodiscard]] static Result<std::string> state_bytes(const SessionSnapshot& snapshot);
-  /// Goes on from there, to the bit; there is nothing to undo. Bad input, and nothing has changed: damaged bytes, or those of another scene or another body.
+  /// Goes on from there, to the bit; there is nothing to undo. Bad input, and nothing has changed: damaged bytes,
+  /// a state that validate() does not hold true, or one of another scene or another body.
   Status take_state(std::string_view bytes);
 
   // References and spans hold until the next call that is not const.
